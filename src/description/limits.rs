@@ -1,5 +1,7 @@
 //! Configurations beyond the limits that a description declares: mostly a matter of units.
 
+use std::f64::consts::TAU;
+
 use super::robot::Variable;
 use super::units::Units;
 use crate::diagnostic::{Diagnostic, Place};
@@ -36,6 +38,7 @@ pub fn beyond<'a>(
         } else {
             ("lengths", units.length.symbol(), units.length.factor())
         };
+        let turn = whole_turns(variable, value).map(|turns| shown(turns * TAU / factor));
         let [low, high] = variable.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]).map(|v| shown(v / factor));
         let value = shown(value / factor);
         let name = &variable.name;
@@ -46,7 +49,9 @@ pub fn beyond<'a>(
         } else {
             format!("`{name}` = {value} {unit} is beyond its limits {low} .. {high} {unit}")
         };
-        let remedy = if of == READINGS {
+        let remedy = if let Some(turn) = turn {
+            format!("less {turn} {unit} it is within them: take whole turns off it")
+        } else if of == READINGS {
             format!("{kind} here are in {unit}: check the campaign's `units`, or `limits` of the description")
         } else {
             format!("{kind} here are in {unit}: check the values, or `units` and `limits` of the description")
@@ -54,6 +59,14 @@ pub fn beyond<'a>(
         Diagnostic::warning(message).at(place(row, name)).remedy(remedy)
     })
     .collect()
+}
+
+/// Whole turns by which an angle beyond its limits is off, where without them it is within.
+fn whole_turns(variable: &Variable, value: f64) -> Option<f64> {
+    let [low, high] = variable.limits.filter(|_| variable.is_angle)?;
+    let turns = ((value - 0.5 * (low + high)) / TAU).round();
+    let within = value - turns * TAU;
+    (turns != 0.0 && (low - ROUNDED..=high + ROUNDED).contains(&within)).then_some(turns)
 }
 
 /// What rows of a campaign are.

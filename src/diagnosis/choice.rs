@@ -87,7 +87,7 @@ pub fn choice(
     (claims, path)
 }
 
-/// The claims that stand beside one another, laws that do not replaced by curves or families; and curves of what they leave.
+/// The claims that stand together, laws that do not replaced by curves or families; and curves of what they leave.
 fn sifted(forward: &Forward, claims: Vec<Claim>, tests: &Tests, settings: &Settings) -> Vec<Claim> {
     let hypotheses = &forward.problem.hypotheses;
     let mut claims = without_held(hypotheses, claims);

@@ -158,7 +158,7 @@ impl Compared<'_> {
         // What may be another law in its limit is named only together with one that is not.
         let is_law = !gates.is_in_limit || rivals.iter().any(|(_, gates)| !gates.is_in_limit);
         let of_gap = self.gain(own) / self.forward.gap;
-        // Beside what no law has, one that takes little of the whole gap is as often a part of that.
+        // In addition to what no law has, one that takes little of the whole gap is as often a part of that.
         let settings = self.forward.settings;
         let is_great = self.is_sharp || of_gap >= settings.least_share;
         let has_law = is_law && is_great && curves.is_empty();

@@ -118,7 +118,7 @@ impl Competition {
         let loads = joint_loads(&geometry, &fitted)?;
         let readings = Readings { campaign: &fitted, first: &first, model, loads: &loads };
         let (claims, path) = choice(settings, &training, readings, &found, noise, &free_errors);
-        // Beside causes that are not claimed a value may have been another one.
+        // With causes that are not claimed a value may have been another one.
         let claimed: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
         refine(inputs, &values, &survey, &mut all, &claimed, &unused)?;
         let problem = all.without(outliers);

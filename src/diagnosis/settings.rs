@@ -125,7 +125,7 @@ pub struct ClaimSettings {
     /// Least share of the gap (of squares above the noise) that a cause takes away by itself: of what the causes before it leave to
     /// be one, of the whole gap to have its law named where the causes leave more than noise.
     pub least_share: f64,
-    /// Beside causes that leave nothing but noise, a further one is named where it takes away at least this share of the gap, or where
+    /// In addition to causes that leave nothing but noise, a further one is named where it takes away at least this share of the gap, or where
     /// as much would be chance with at most `of_any` in any hypothesis: what takes less corrects the law of another as often as it
     /// is a cause (10 of 23 in workshops and a laboratory of seeds 21, 22 and 31).
     pub great_share: f64,

@@ -36,7 +36,7 @@ pub fn drop_replaced(claims: &mut Vec<Claim>, selector: &Selector, noise: f64, n
     }
 }
 
-/// Leaves out compliances of which nothing positive is left beside the other causes: what they stood for is in these. A curve at the site
+/// Leaves out compliances of which nothing positive is left in addition to the other causes: what they stood for is in these. A curve at the site
 /// of a law takes what the law leaves.
 pub fn drop_negative(claims: &mut Vec<Claim>, problem: &LinearProblem) {
     let hypotheses = &problem.hypotheses;
@@ -117,7 +117,7 @@ pub fn without_lesser(forward: &Forward, mut claims: Vec<Claim>, members: &[usiz
     claims
 }
 
-/// The claims, each law beside a curve at its site replaced by a curve alone: where the curve is of its family and the law does not take
+/// The claims, each law with a curve at its site replaced by a curve alone: where the curve is of its family and the law does not take
 /// nearly all that both do, since the error then has another shape; of others where the law takes less than its share of what both do, and
 /// less than nearly what one curve does. Lags and compliances are named by what they go with, the last move or the load, in whatever way: for
 /// these both must hold. What one law left with another is not known once that is replaced: the others are judged again.

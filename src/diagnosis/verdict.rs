@@ -82,7 +82,7 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
     };
     let noise = competition.noise.unwrap_or_else(|| after.sqrt());
     let [before, after] = [before, after].map(|variance| variance / (noise * noise) - 1.0);
-    // Beside a noise that is stated far too great no gap could show.
+    // Against a noise that is stated far too great no gap could show.
     let is_drowned = (before + 1.0).max(0.0).sqrt() < settings.least_noise;
     let is_significant = before > limit || steps.len() > 1;
     let verdict = match steps.len() {

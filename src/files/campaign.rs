@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::allowed::not_allowed;
 use super::calibrated::{without_conditions, without_constants};
-use super::place::{CAMPAIGNS, Place, inside, open};
+use super::place::{CAMPAIGNS, KEYS_OF_CAMPAIGN, Place, inside, open};
 use super::reader::Reader;
 use super::readings::{Asked, faults, read};
 use super::robot::{LoadedRobot, Without, find_robot, read_robot};
@@ -55,11 +55,11 @@ impl Reader {
     /// a file with a key that only campaigns have. Nothing is checked, so that a file with faults is reported as what it was meant to be.
     pub fn is_campaign(&self, file: &str) -> bool {
         let place = find_campaign(file);
-        let own = ["measurements", "observes", "campaign"];
         matches!(place, Place::Bundled(_))
             || Path::new(file).join("campaign.yaml").is_file()
             || place.text(self).is_ok_and(|text| {
-                text.lines().any(|line| line.split_once(':').is_some_and(|(key, _)| own.contains(&key.trim_end())))
+                text.lines()
+                    .any(|line| line.split_once(':').is_some_and(|(key, _)| KEYS_OF_CAMPAIGN.contains(&key.trim_end())))
             })
     }
 }
@@ -97,6 +97,14 @@ pub(super) fn described(reader: &Reader, file: &str, robot: Option<&str>) -> Res
     let text = place.text(reader).map_err(|found| with_remedy(found, file))?;
     let (raw, document, mut diagnostics) = yaml::read::<RawCampaign>(&place.name(), &text);
     name_schema(&mut diagnostics, "campaign");
+    if let Some(key) = key_of_robot(&document) {
+        let diagnostic = Diagnostic::error("this is the description of a robot, and no campaign");
+        let remedy = format!(
+            "write a campaign: `robot: {}`, `observes: position`, `measurements: readings.csv`; `check` takes either",
+            place.name()
+        );
+        return Err(vec![diagnostic.at(document.place_of_key(&[key])).remedy(remedy)]);
+    }
     let Some(raw) = raw else { return Err(diagnostics) };
     let locate = |path: &[&str]| document.place_of_value(path);
     let effects: Vec<&str> = reader.catalogue.names().collect();
@@ -187,6 +195,12 @@ pub(super) fn resolved(
             Err(diagnostics)
         }
     }
+}
+
+/// A key that descriptions of robots have and campaigns have not, in a file that has none of a campaign's.
+fn key_of_robot(document: &Document) -> Option<&'static str> {
+    let has = |keys: &[&'static str]| keys.iter().copied().find(|key| document.has(&[key]));
+    has(&["frames", "urdf", "ur_kinematics"]).filter(|_| has(KEYS_OF_CAMPAIGN).is_none())
 }
 
 /// A campaign file, the one in a folder, or a bundled campaign.

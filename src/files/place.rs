@@ -111,6 +111,9 @@ impl Reader {
     }
 }
 
+/// Keys that only campaigns have.
+pub(super) const KEYS_OF_CAMPAIGN: &[&str] = &["measurements", "observes", "campaign"];
+
 /// What to give instead of a folder: the files in it that may be meant.
 pub(super) fn inside(folder: &Path) -> String {
     let entries = std::fs::read_dir(folder).into_iter().flatten().take(10_000).flatten();

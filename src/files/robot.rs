@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::change::{elements, leave_out};
-use super::place::{Place, bundled_robots};
+use super::place::{KEYS_OF_CAMPAIGN, Place, bundled_robots};
 use super::reader::Reader;
 use super::schema_line::name_schema;
 use super::start::{whole_urdf, with_ur_kinematics, with_urdf};
@@ -157,6 +157,12 @@ pub(super) fn read_robot(reader: &Reader, place: &Place, without: &Without) -> R
 fn from_yaml(reader: &Reader, place: &Place, text: &str, without: &Without) -> Result<LoadedRobot, Vec<Diagnostic>> {
     let (raw, document, mut diagnostics) = yaml::read::<RawRobot>(&place.name(), text);
     name_schema(&mut diagnostics, "robot");
+    let has = |key: &&&str| document.has(&[key]);
+    if let Some(key) = KEYS_OF_CAMPAIGN.iter().find(has).filter(|_| !document.has(&["frames"])) {
+        let diagnostic = Diagnostic::error("this is a campaign, and no description of a robot");
+        let remedy = "give the description that it names under `robot:`";
+        return Err(vec![diagnostic.at(document.place_of_key(&[key])).remedy(remedy)]);
+    }
     let Some(raw) = raw else { return Err(diagnostics) };
     let mut raw = raw;
     for start in [with_ur_kinematics, with_urdf] {

@@ -127,7 +127,7 @@ fn correct_rows(evidence: &Evidence) -> &'static str {
 /// Share of the readings of one kind, and of those that are far off, from which it is that kind that is wrong. A judgement.
 const ONE_KIND: [f64; 2] = [0.5, 0.9];
 
-/// The kind, beside others, of which most readings are far off and to which nearly all of these belong; and what it depends on.
+/// The kind, among others, of which most readings are far off and to which nearly all of these belong; and what it depends on.
 fn of_one_kind(campaign: &Campaign, wrong: &[usize]) -> Option<(&'static str, &'static str)> {
     let observes = |k: usize| campaign.readings[k].observes;
     let of =

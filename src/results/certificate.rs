@@ -103,7 +103,7 @@ pub struct Certificate {
     pub coverage_factor: f64,
     pub verdict: Option<Verdict>,
     pub tolerance: Option<f64>,
-    /// Why it is decided so.
+    /// Why it is decided so; without a tolerance, why the readings held out cannot judge, if they cannot.
     pub reason: Option<String>,
     /// Whether the errors are those of readings held out.
     pub held_out: bool,
@@ -153,7 +153,7 @@ impl Certificate {
             format!("{both} of the {all} readings that are held out stand at configurations that were fitted as well: measure others")
         });
         let (verdict, reason) = match tolerance {
-            None => (None, None),
+            None => (None, seen),
             Some(tolerance) => {
                 let (verdict, reason) = match seen {
                     Some(why) => (Verdict::Undecided, why),

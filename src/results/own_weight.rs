@@ -14,18 +14,22 @@ pub enum OwnWeight {
     Included,
     /// The description has masses and compliances, and the result leaves their deflection out.
     LeftOut,
-    /// The description declares no masses, or nothing that gives under them.
+    /// The description declares no masses, nor anything else that loads it.
     None,
+    /// It declares masses, and nothing compliant that they could deflect; `none` in JSON.
+    #[serde(rename = "none")]
+    Rigid,
 }
 
 impl OwnWeight {
     /// Of a model with its values (all slots, SI), of which own weight is `counted` or not.
     pub fn new(model: &Model, values: &[f64], counted: bool) -> Self {
         let elastics = Elastics::new(model, values, &[]);
-        match (elastics.is_compliant() && elastics.is_loaded(), counted) {
-            (false, _) => Self::None,
-            (true, true) => Self::Included,
-            (true, false) => Self::LeftOut,
+        match (elastics.is_loaded(), elastics.is_compliant(), counted) {
+            (false, ..) => Self::None,
+            (true, false, _) => Self::Rigid,
+            (true, true, true) => Self::Included,
+            (true, true, false) => Self::LeftOut,
         }
     }
 
@@ -49,7 +53,8 @@ impl OwnWeight {
         match self {
             Self::Included => "own weight: included".into(),
             Self::LeftOut => format!("own weight: left out; {why}"),
-            Self::None => "own weight: none; the description declares no masses, or nothing that gives".into(),
+            Self::None => "own weight: none; the description declares no masses".into(),
+            Self::Rigid => "own weight: none; the description declares masses, and no compliance under them".into(),
         }
     }
 }

@@ -162,7 +162,9 @@ fn configurations_that_were_fitted_give_no_verdict() {
     };
     let twice: String = lines.flat_map(|line| [marked(line, "fit"), marked(line, "check")]).collect();
     std::fs::write(&file, format!("{head}\n{twice}")).expect("written");
-    let found = certificate(at, &["--tolerance", "5"]);
-    assert_eq!(found["verdict"], "undecided");
-    assert!(found["reason"].as_str().is_some_and(|why| why.contains("were fitted as well")), "{}", found["reason"]);
+    for (tolerance, verdict) in [(&["--tolerance", "5"][..], Value::from("undecided")), (&[], Value::Null)] {
+        let found = certificate(at, tolerance);
+        assert_eq!(found["verdict"], verdict);
+        assert!(found["reason"].as_str().is_some_and(|why| why.contains("were fitted as well")), "{}", found["reason"]);
+    }
 }

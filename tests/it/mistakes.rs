@@ -50,6 +50,8 @@ fn joints_beyond_their_limits() {
 
     let said = &["`q1` = 120 deg is beyond its limits -90 .. 90 deg", "angles here are in deg", "0 errors, 1 warning"];
     warns(&run(folder.path(), &["pose", "arm.yaml", "--joints", "q1=120"]), said);
+    let turned = &["`q1` = 400 deg is beyond its limits", "less 360 deg it is within them", "0 errors, 1 warning"];
+    warns(&run(folder.path(), &["pose", "arm.yaml", "--joints", "q1=400"]), turned);
     let solve = ["solve", "arm.yaml", "--target", "800,100,0", "--from"];
     warns(&run(folder.path(), &[&solve[..], &["q1=120"]].concat()), said);
     assert_eq!(run(folder.path(), &[&solve[..], &["q1=90"]].concat()).err, "");
@@ -319,6 +321,31 @@ fn folders_and_empty_files() {
     refuses(&run(folder, &["identify", "e.yaml"]), &["`elastogeo schema campaign` prints"]);
     let remedy = "a header line that names its columns, of pose, marker, q1, q2, x,";
     refuses(&run(folder, &["compensate", "arm.yaml", "e.csv"]), &["the file is empty", remedy]);
+}
+
+/// A description in the place of a campaign, and the other way round, is named as what it is.
+#[test]
+fn a_description_is_no_campaign() {
+    let folder = folder_with(&[("arm.yaml", PLANAR), ("c.yaml", CAMPAIGN)]);
+    let folder = folder.path();
+    let words = ["this is the description of a robot, and no campaign", "`robot: arm.yaml`", "1 error, 0 warnings"];
+    refuses(&run(folder, &["identify", "arm.yaml"]), &words);
+    let words = ["this is a campaign, and no description of a robot", "under `robot:`", "1 error, 0 warnings"];
+    refuses(&run(folder, &["pose", "c.yaml", "--joints", "q1=1"]), &words);
+}
+
+/// Options that would be of no effect are refused.
+#[test]
+fn options_of_no_effect_are_refused() {
+    let folder = folder_with(&[("arm.yaml", PLANAR)]);
+    let folder = folder.path();
+    assert_eq!(run(folder, &["simulate", "arm.yaml", "--poses", "30", "--into", "c"]).status, 0);
+    refuses(
+        &run(folder, &["identify", "c", "--train", "31"]),
+        &["--train `31`, and", "configurations are there to fit"],
+    );
+    assert_eq!(run(folder, &["identify", "c", "--train", "15"]).status, 0);
+    refuses(&run(folder, &["identify", "c", "--loss-scale", "3"]), &["--loss"]);
 }
 
 /// More rows than memory is meant for, in one file and in two, are refused with the limit and what they would take.

@@ -569,6 +569,21 @@ fn time_that_goes_back_and_copies_are_told() {
     let ran = run(at, &["check", "c"]);
     assert!(ran.err.contains("`time` goes back by 960 s") && ran.err.contains("measurements.csv:22"), "{}", ran.err);
     doubts(at, &["identify", "c"], "suspect-readings", &["`time` goes back by 960 s"]);
+    // Rows that are mixed are in no order of time, which is nothing to doubt; in a stated order they are.
+    let numbered = || {
+        spoil(&folder.path().join("c"), |table| {
+            table.names.push("order".into());
+            table.rows.iter_mut().enumerate().for_each(|(k, row)| row.push((37 * k % 101).to_string()));
+        });
+    };
+    let mixed = std::fs::read_to_string(at.join("c/measurements.csv")).expect("text");
+    timed(|k| 37 * k % 101);
+    assert!(run(at, &["check", "c"]).err.is_empty());
+    numbered();
+    assert!(run(at, &["check", "c"]).err.is_empty(), "{}", run(at, &["check", "c"]).err);
+    timed(|k| if k == 20 { 101 } else { 37 * k % 101 });
+    assert!(run(at, &["check", "c"]).err.contains("`order` says which came first"));
+    std::fs::write(at.join("c/measurements.csv"), mixed).expect("written");
     timed(|k| k);
     let twice =
         campaign.replace("measurements: measurements.csv", "measurements: [measurements.csv, measurements.csv]");

@@ -162,7 +162,7 @@ pub struct Robust {
     /// Residual beyond which the robust loss gives way, 0.5 to 1000 (of `tukey` from 1.547), in standard deviations: the
     /// stated ones, or those that the residuals of a first robust fit show, if greater. By default 1.345 of `huber`, 2.385
     /// of `cauchy`, 4.685 of `tukey`: 95 % efficient on normal noise.
-    #[arg(long, value_name = "SCALE")]
+    #[arg(long, value_name = "SCALE", requires = "loss")]
     pub loss_scale: Option<f64>,
 }
 

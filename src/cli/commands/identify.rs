@@ -19,6 +19,7 @@ use crate::estimation::{
 };
 use crate::files::{LoadedCampaign, writable_table};
 use crate::least_squares::Loss;
+use crate::math::distinct;
 use crate::model::{Model, of_sessions, with_values};
 use crate::plausibility::{Evidence, Limits, forced, judge, why_not_computed};
 use crate::render::identification as render;
@@ -42,7 +43,7 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
         settings = comparable(&loaded.robot.raw, model, &loaded.campaign, settings)?;
     }
     let campaign = match command.train {
-        Some(count) => fewer(&loaded.campaign, count, command.check, seed),
+        Some(count) => fewer(&loaded.campaign, count, command.check, seed)?,
         None => loaded.campaign.clone(),
     };
     let held_out = split(&campaign, command.check, seed);
@@ -61,7 +62,7 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
     let mut other =
         command.against.as_deref().map(|name| other(name, &command.campaign, &loaded, session)).transpose()?;
     if let (Some(Other { loaded, .. }), Some(count)) = (&mut other, command.train) {
-        loaded.campaign = fewer(&loaded.campaign, count, command.check, seed);
+        loaded.campaign = fewer(&loaded.campaign, count, command.check, seed)?;
     }
     let asked = Asked {
         since: command.since.as_deref(),
@@ -409,17 +410,15 @@ pub fn has_lengths(campaign: &Campaign) -> Result<(), Error> {
 }
 
 /// Only `count` of the configurations that would be fitted, drawn with the seed, and all those to check.
-fn fewer(campaign: &Campaign, count: usize, share: f64, seed: u64) -> Campaign {
+fn fewer(campaign: &Campaign, count: usize, share: f64, seed: u64) -> Result<Campaign, Error> {
     use rand::seq::SliceRandom;
     let held_out = split(campaign, share, seed);
-    let mut poses: Vec<usize> = campaign
-        .readings
-        .iter()
-        .zip(&held_out)
-        .filter(|(_, held_out)| !**held_out)
-        .map(|(reading, _)| reading.pose)
-        .collect();
-    poses.dedup();
+    let fitted = campaign.readings.iter().zip(&held_out).filter(|(_, held_out)| !**held_out);
+    let mut poses = distinct(fitted.map(|(reading, _)| reading.pose));
+    if count > poses.len() {
+        let message = format!("--train `{count}`, and {} configurations are there to fit", poses.len());
+        return Err(Error::input(message, "give at most as many, or leave it out"));
+    }
     poses.shuffle(&mut crate::simulation::generator(seed));
     poses.truncate(count);
     let mut drawn = campaign.select(|i, reading| held_out[i] || poses.contains(&reading.pose));
@@ -433,5 +432,5 @@ fn fewer(campaign: &Campaign, count: usize, share: f64, seed: u64) -> Campaign {
     for (reading, check) in drawn.readings.iter_mut().zip(check) {
         reading.check = Some(check);
     }
-    drawn
+    Ok(drawn)
 }

@@ -82,7 +82,7 @@ fn refused(error: TrackingError) -> Error {
             return Diagnostic::error(message).code(Code::NotConverged).remedy(remedy).into();
         }
         TrackingError::NothingCommon => {
-            "compare campaigns that observe the same, at enough poses, and state the noise of the instrument: beside a great one no constant shows"
+            "compare campaigns that observe the same, at enough poses, and state the noise of the instrument: against a great one no constant shows"
         }
         TrackingError::Singular { .. } => "compare campaigns with noise, and more readings than parameters",
     };

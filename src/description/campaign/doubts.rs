@@ -12,6 +12,7 @@ use super::{Campaign, OrderBy, Payload};
 use crate::description::limits::{READINGS, beyond};
 use crate::description::resolve::Locate;
 use crate::description::robot::{Robot, Variable};
+use crate::description::table::Table;
 use crate::description::units::Units;
 use crate::diagnostic::{Code, Diagnostic, Place};
 use crate::math::median;
@@ -36,7 +37,7 @@ pub fn doubts(
     }
     let suspect = [
         one_name_for_two(campaign, units, robot, &place),
-        back_in_time(campaign, &place),
+        back_in_time(campaign, sources, &place),
         other_times(campaign, robot, &place),
         copies(campaign, sources),
         held_out_and_fitted(campaign, &place),
@@ -129,27 +130,48 @@ fn one_name_for_two(
     Some(diagnostic.remedy("give each configuration a name of its own: readings of one name count as taken together"))
 }
 
-/// Times that run backwards within a session: readings are taken one after the other.
-fn back_in_time(campaign: &Campaign, place: &impl Fn(usize, &str) -> Option<Place>) -> Option<Diagnostic> {
+/// Share of the steps from one time to the next that go back, above which rows are in no order of time: half of them do where rows are
+/// mixed, and few where a clock or a session began anew.
+const MIXED: f64 = 0.25;
+
+/// Times that run backwards within a session, in the order that the readings state, else in that of their rows: readings are taken one
+/// after the other. Rows without a stated order that are mixed are put into that of their times.
+fn back_in_time(
+    campaign: &Campaign,
+    sources: &[Source],
+    place: &impl Fn(usize, &str) -> Option<Place>,
+) -> Option<Diagnostic> {
     let times = campaign.conditions.time.as_ref()?;
+    let is_numbered = campaign.conditions.order == OrderBy::Numbers;
+    let mut timed: Vec<usize> = (0..campaign.readings.len()).filter(|&index| times[index].is_finite()).collect();
+    if is_numbered {
+        let number = |index: usize| number(sources, campaign.readings[index].row, "order").unwrap_or(f64::INFINITY);
+        timed.sort_by(|&a, &b| number(a).total_cmp(&number(b)));
+    }
     let mut last: IndexMap<(usize, usize), f64> = IndexMap::new();
     let mut back: Vec<(usize, f64)> = Vec::new();
-    for (index, (reading, &time)) in campaign.readings.iter().zip(times).enumerate() {
-        if !time.is_finite() {
+    let mut steps = 0;
+    for index in timed {
+        let session = campaign.readings[index].session;
+        let time = times[index];
+        let Some(before) = last.insert((session.session, session.station), time).filter(|before| time != *before)
+        else {
             continue;
-        }
-        let session = (reading.session.session, reading.session.station);
-        let before = last.insert(session, time);
-        back.extend(before.filter(|before| time < *before).map(|before| (index, before - time)));
+        };
+        steps += 1;
+        back.extend((time < before).then_some((index, before - time)));
     }
     let &(index, by) = back.first()?;
+    if !is_numbered && steps >= FEW && back.len() as f64 > MIXED * steps as f64 {
+        return None;
+    }
     let more = if back.len() > 1 { format!(", and {} times more", back.len() - 1) } else { String::new() };
-    let (what, remedy) = match campaign.conditions.order {
-        OrderBy::Numbers => (
+    let (what, remedy) = match is_numbered {
+        true => (
             "`order` says which came first, `time` what drifts",
             "if a clock or a session began anew, name the sessions; else correct the times",
         ),
-        _ => (
+        false => (
             "readings are put into its order",
             "if a clock or a session began anew, name the sessions; else sort the rows, or give `order`",
         ),
@@ -363,14 +385,26 @@ fn two_temperatures(campaign: &Campaign, place: &impl Fn(usize, &str) -> Option<
     Some(diagnostic.remedy("give all of them in one unit, and leave out readings without one"))
 }
 
-/// Where the column of a row stands, rows counted from 1 through all tables.
-fn place(sources: &[Source], row: usize, column: &str) -> Option<Place> {
+/// The table and its row of a row of all files, counted from 1.
+fn table_of<'s>(sources: &'s [Source], row: usize) -> Option<(&'s Table, usize)> {
     let mut row = row.checked_sub(1)?;
     for Source { table, .. } in sources {
         if row < table.row_count() {
-            return table.place(row, column);
+            return Some((table, row));
         }
         row -= table.row_count();
     }
     None
+}
+
+/// A number of a row of all files.
+fn number(sources: &[Source], row: usize, column: &str) -> Option<f64> {
+    let (table, row) = table_of(sources, row)?;
+    table.numbers(column)?.get(row).copied().filter(|value| value.is_finite())
+}
+
+/// Where the column of a row stands, rows counted from 1 through all tables.
+fn place(sources: &[Source], row: usize, column: &str) -> Option<Place> {
+    let (table, row) = table_of(sources, row)?;
+    table.place(row, column)
 }

@@ -50,7 +50,7 @@ pub(super) fn targets(
     if kinds.iter().any(|kind| kind.touches()) {
         for (name, own) in &raw.contacts {
             let members = groups(own, sources);
-            // Beside a faulty contact no file is read.
+            // Where a contact is faulty no file is read.
             let is_read = !sources.is_empty() || raw.contacts.values().all(|contact| contact.kind.is_some());
             diagnostics.extend(own.group.as_ref().filter(|_| members.is_empty() && is_read).map(|column| {
                 let message =
