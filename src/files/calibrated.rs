@@ -45,7 +45,7 @@ pub(super) fn without_conditions(model: &Model, campaign: &Campaign) -> Option<D
     let entries = model.effects.iter().map(|on| &on.entry);
     let lacking = entries.filter_map(|entry| {
         let what = entry.effect.reads().iter().find_map(|condition| lacks(entry, condition))?;
-        Some(format!("{}@{} ({what})", entry.effect.name(), entry.site.name))
+        Some(format!("{entry} ({what})"))
     });
     let named: Vec<String> = lacking.collect();
     (!named.is_empty()).then(|| {

@@ -244,6 +244,13 @@ pub struct EffectEntry {
     pub amounts: IndexMap<String, f64>,
 }
 
+impl std::fmt::Display for EffectEntry {
+    /// `effect@site`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}@{}", self.effect.name(), self.site.name)
+    }
+}
+
 /// An effect that has been switched on.
 #[derive(Debug, Clone)]
 pub struct SwitchedOn {

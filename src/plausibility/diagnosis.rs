@@ -141,7 +141,7 @@ const RIGID: f64 = 1e-3;
 /// An amount of a cause that no machine has: what is negative there or rigid against the description, longer than the robot,
 /// turned further than any part is mounted off, or heavier than the robot.
 fn impossible(model: &Model, entry: &EffectEntry, limits: &Limits) -> Option<Diagnostic> {
-    let own = format!("{}@{}", entry.effect.name(), entry.site.name);
+    let own = entry.to_string();
     let remedy = "the cause stands in for something else: look at signs (sides of approach, loads, gravity), masses and units of description \
                   and campaign";
     let reported = |message: String| Diagnostic::warning(message).code(Code::Implausible).remedy(remedy);

@@ -334,6 +334,14 @@ fn a_description_is_no_campaign() {
     refuses(&run(folder, &["pose", "c.yaml", "--joints", "q1=1"]), &words);
 }
 
+/// A sum of joints whose signs stand without blanks is read as one name, which is said.
+#[test]
+fn sums_of_joints_need_blanks() {
+    let folder = folder_with(&[("arm.yaml", &format!("{PLANAR}limits: {{q2-q1: [-60, 60]}}\n"))]);
+    let words = ["unknown joint `q2-q1`", "write blanks around + and -: `q2 - q1`"];
+    refuses(&run(folder.path(), &["check", "arm.yaml"]), &words);
+}
+
 /// Options that would be of no effect are refused.
 #[test]
 fn options_of_no_effect_are_refused() {

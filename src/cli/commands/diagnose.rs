@@ -183,7 +183,7 @@ fn applied(raw: &mut RawRobot, model: &Model, found: &Diagnosis) -> Vec<Diagnost
     let mut left_out = Vec::new();
     for cause in &found.causes {
         for entry in &cause.entries {
-            let own = format!("{}@{}", entry.effect.name(), entry.site.name);
+            let own = entry.to_string();
             if is_of_the_session(cause, entry) {
                 let message = format!("{own} belongs to this session, and is not written into the robot");
                 left_out.push(

@@ -78,7 +78,7 @@ pub(super) fn effects_left_out(model: &Model) -> Option<Diagnostic> {
             || entry.effect.is_of_the_measurement(&entry.site)
     };
     let entries = model.effects.iter().map(|on| &on.entry).filter(|entry| is_left_out(entry));
-    let names: Vec<String> = entries.map(|entry| format!("{}@{}", entry.effect.name(), entry.site.name)).collect();
+    let names: Vec<String> = entries.map(EffectEntry::to_string).collect();
     (!names.is_empty()).then(|| {
         let text = format!("effects left out, since a configuration alone does not say how great they are: {}", names.join(", "));
         Diagnostic::warning(text).remedy(

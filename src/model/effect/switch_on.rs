@@ -250,7 +250,7 @@ impl Model {
 
     /// Switches an effect on: its amounts join the registry, or shift the constants of the model that it consists of.
     pub fn switch_on(&mut self, entry: EffectEntry) {
-        let owner = format!("{}@{}", entry.effect.name(), entry.site.name);
+        let owner = entry.to_string();
         let alike = |known: &&SwitchedOn| {
             known.entry.effect.name() == entry.effect.name() && known.entry.site.name == entry.site.name
         };
