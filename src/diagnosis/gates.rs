@@ -196,8 +196,29 @@ impl Compared<'_> {
             return None;
         }
         let before = project_off(&self.forward.problem.residual, &self.additions.basis);
-        let taken = self.additions.candidates[at].tr_mul(&before).norm_squared();
-        let carried = self.forward.free_errors.carried(&self.hypothesis(at).site.name, &before, self.tests.noise)?;
-        (carried > 0.0).then(|| taken / carried)
+        let own = &self.additions.candidates[at];
+        let taken = own.tr_mul(&before).norm_squared();
+        let (free, site) = (self.forward.free_errors, &self.hypothesis(at).site.name);
+        let carried = free.carried(site, &before, self.tests.noise)?;
+        let share = (carried > 0.0).then(|| taken / carried)?;
+        let is_enough = share >= self.forward.settings.of_site;
+        let beside = || self.beside_another_error(own, &before).filter(|best| *best > share);
+        Some(if is_enough || free.column(site).is_some() { share } else { beside().unwrap_or(share) })
+    }
+
+    /// Several directions carry errors of other sites too. The greatest share of all above the noise that a law takes of what a free
+    /// error of one direction elsewhere leaves: what that takes up is then that site's. `None` where no more than noise is left.
+    fn beside_another_error(&self, own: &DMatrix<f64>, before: &DVector<f64>) -> Option<f64> {
+        let (problem, free) = (self.forward.problem, self.forward.free_errors);
+        let law = own * own.tr_mul(before);
+        let columns = DMatrix::from_columns(&[law, before.clone()]);
+        let of_rest = |(_, left): (&str, DMatrix<f64>)| {
+            let (law, before) = (left.column(0), left.column(1));
+            let free_rows = (problem.rows() - free.first_readings().count()) as f64;
+            let above_noise = before.norm_squared() - free_rows * self.tests.noise.powi(2);
+            let taken = law.dot(&before).powi(2) / law.norm_squared();
+            (above_noise > 0.0 && taken.is_finite()).then(|| taken / above_noise)
+        };
+        free.off(&columns).filter_map(of_rest).max_by(f64::total_cmp)
     }
 }

@@ -2,7 +2,7 @@
 
 use elastogeo::description::campaign::Campaign;
 use elastogeo::description::raw::{RawAmount, RawCurve, RawEffect};
-use elastogeo::diagnosis::{Cause, Diagnosis};
+use elastogeo::diagnosis::{Cause, Diagnosis, Level};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
@@ -65,6 +65,38 @@ fn a_certain_law_is_found_next_to_a_greater_error_that_no_law_has() {
         }
         let named = named(&diagnosed(&plain, &campaign));
         assert_eq!(named.first(), Some(&("backlash".to_string(), "joint:2".to_string())), "{seed}: {named:?}");
+    }
+}
+
+/// The base jumps, and joint 2 errs as a saw does: the base turns about that joint's axis too, and carries the saw's error as well.
+#[test]
+fn a_jump_of_the_base_is_named_beside_a_joint_that_no_law_describes() {
+    let plain = load_robot("kuka-kr270").expect("bundled").model;
+    let mut spoiled = plain.clone();
+    let mut switch_on = |raw: RawEffect| spoiled.switch_on(plain.resolve_effect(&raw).expect("an effect"));
+    let jump = [("x", -1.6e-4), ("y", -1.8e-4), ("z", -3.3e-4), ("rx", 6e-5), ("ry", 1.2e-4), ("rz", -2e-5)];
+    let jump = jump.map(|(name, amount)| (name, RawAmount::from(amount)));
+    let course = [("course", "jump".into()), ("jump_at", RawAmount::from(2000.0))];
+    switch_on(RawEffect {
+        effect: Some("frame-drift".into()),
+        site: Some("base".into()),
+        parameters: jump.into_iter().chain(course).map(|(name, value)| (name.into(), value)).collect(),
+        ..RawEffect::default()
+    });
+    let knots: Vec<f64> = (-300..=300).map(|k| 0.01 * f64::from(k)).collect();
+    let saw = knots.iter().map(|q| 2e-4 * (2.0 * (q / 0.99 - (q / 0.99).floor()) - 1.0)).collect();
+    switch_on(RawEffect {
+        effect: Some("free-form".into()),
+        site: Some("joint:2".into()),
+        follows: Some("q2".into()),
+        curve: Some(RawCurve { at: knots, amount: saw }),
+        ..RawEffect::default()
+    });
+    for seed in 1..4 {
+        let found = diagnosed(&plain, &read(&plain, &spoiled, 60, seed));
+        let first = found.causes.first().map(|cause| (cause.effect.as_str(), cause.site.as_str(), cause.level));
+        assert_eq!(first, Some(("frame-drift", "base", Level::Law)), "{seed}: {:?}", named(&found));
+        assert!(found.causes.iter().skip(1).all(|cause| cause.level != Level::Law), "{seed}: {:?}", named(&found));
     }
 }
 
