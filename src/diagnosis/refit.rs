@@ -35,27 +35,28 @@ fn in_order(inputs: &Inputs, competition: &Competition, members: &[usize], linea
     let all: Vec<(usize, Vec<FittedParameter>)> =
         members.iter().enumerate().map(|(step, &member)| (member, linear.parameters(step))).collect();
     if curves.is_empty() {
-        return calibrated(inputs, competition, &all, &[]);
+        return calibrated(inputs, competition, &all, &[], linear.noise);
     }
     let of_laws = LinearFit::new(&competition.problem, &laws, linear.noise);
     let start: Vec<(usize, Vec<FittedParameter>)> =
         laws.iter().enumerate().map(|(step, &law)| (law, of_laws.parameters(step))).collect();
-    let found = calibrated(inputs, competition, &start, &[])?;
+    let found = calibrated(inputs, competition, &start, &[], linear.noise)?;
     let held: Vec<(usize, Vec<FittedParameter>)> = laws.into_iter().zip(found.parameters).collect();
     let free: Vec<(usize, Vec<FittedParameter>)> =
         all.iter().filter(|(member, _)| curves.contains(member)).cloned().collect();
-    let Refit { values, parameters } = calibrated(inputs, competition, &free, &held)?;
+    let Refit { values, parameters } = calibrated(inputs, competition, &free, &held, linear.noise)?;
     let known: Vec<(usize, Vec<FittedParameter>)> = curves.into_iter().zip(parameters).chain(held).collect();
     let of = |member: &usize| known.iter().find(|(own, _)| own == member).map(|(_, parameters)| parameters.clone());
     Some(Refit { values, parameters: members.iter().map(of).collect::<Option<Vec<_>>>()? })
 }
 
-/// Nuisance and members calibrated from amounts of these, others held.
+/// Nuisance and members calibrated from amounts of these, others held. `noise` is over the sigmas, for where none is stated.
 fn calibrated(
     inputs: &Inputs,
     competition: &Competition,
     members: &[(usize, Vec<FittedParameter>)],
     held: &[(usize, Vec<FittedParameter>)],
+    noise: f64,
 ) -> Option<Refit> {
     let hypotheses = &competition.problem.hypotheses;
     let mut model = inputs.model.clone();
@@ -78,7 +79,9 @@ fn calibrated(
     if only.is_empty() {
         return None;
     }
-    let (only, criterion) = (Some(only), Criterion::Noise);
+    let is_stated = competition.campaign.sigma.is_some();
+    let criterion = if is_stated { Criterion::Noise } else { Criterion::NoiseTimes(noise) };
+    let only = Some(only);
     let asked = Settings { only, criterion, second_order: false, hold_far_springs: false, ..Settings::default() };
     let found = calibrate_as_weighed(&model, &competition.campaign, &competition.held_out, &asked, &mut |_| {})
         .ok()

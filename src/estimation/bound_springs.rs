@@ -6,7 +6,7 @@
 //! Regression*, 1989, sec. 5.3) by more than a declared value that far off is unlikely.
 
 use super::calibration::calibrate_as_asked;
-use super::determined::calibrate_determined;
+use super::determined::{calibrate_determined, with_noise_found};
 use super::far::squares;
 use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::Settings;
@@ -32,6 +32,9 @@ pub fn calibrate_as_weighed(
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Calibration, CalibrationError> {
     let request = Request { model, campaign, held_out, settings };
+    let of_noise = with_noise_found(request, progress)?;
+    let settings = of_noise.as_ref().unwrap_or(settings);
+    let request = request.with(settings);
     let mut found = calibrate_determined(request, progress)?;
     let mut held: Vec<Slot> = Vec::new();
     while found.converged() {

@@ -63,6 +63,24 @@ pub(super) fn calibrate_determined(
     Ok(other.unwrap_or(found))
 }
 
+/// Settings by which what noise decides is dropped where no noise is stated: that is what a calibration as usual leaves.
+///
+/// # Errors
+/// As [`super::calibrate`].
+pub(super) fn with_noise_found(
+    request: Request,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Option<Settings>, CalibrationError> {
+    let Request { campaign, settings, .. } = request;
+    if campaign.sigma.is_some() || settings.criterion != Criterion::Noise {
+        return Ok(None);
+    }
+    let usual = Settings { criterion: Criterion::Relative(DEFAULT_TOLERANCE), second_order: false, ..settings.clone() };
+    let found = calibrate_determined(request.with(&usual), progress)?;
+    let criterion = Criterion::NoiseTimes(found.noise_ratio);
+    Ok(found.converged().then(|| Settings { criterion, ..settings.clone() }))
+}
+
 /// Whether readings held out are as near to one calibration as to another; not so where none are.
 pub fn predicts_as_well(one: &Calibration, other: &Calibration) -> bool {
     one.after.check.readings > 0 && one.after.check.distance[1] <= other.after.check.distance[1]

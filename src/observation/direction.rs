@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Rows, TargetValues, ValueColumn, rows_of};
+use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Rows, TargetValues, ValueColumn, ValueFault, rows_of};
 
 /// Below this length a direction is none.
 pub(super) const LEAST: f64 = 1e-9;
@@ -140,8 +140,12 @@ impl Observation for Direction {
         self.residuals
     }
 
-    fn fault(&self, measured: &Rows) -> Option<(&'static str, &'static str)> {
-        (read(measured).norm() < LEAST).then_some((self.columns[0].name, self.fault))
+    fn fault(&self, measured: &Rows, _is_free: &[bool]) -> Option<ValueFault> {
+        (read(measured).norm() < LEAST).then_some(ValueFault {
+            column: self.columns[0].name,
+            message: self.fault,
+            remedy: "give the direction as it was read, in any length; remove the row if the sensor showed nothing",
+        })
     }
 
     fn reversed(&self, measured: &Rows) -> Option<Rows> {

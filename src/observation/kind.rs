@@ -201,6 +201,16 @@ pub enum Purpose {
     Stiffness,
 }
 
+/// A value that cannot be measured.
+pub struct ValueFault {
+    /// Its column.
+    pub column: &'static str,
+    /// What it must be.
+    pub message: &'static str,
+    /// What to do.
+    pub remedy: &'static str,
+}
+
 /// A kind of reading.
 pub trait Observation: Sync {
     /// Its name in files, `observes: <name>`, and on the command line.
@@ -323,8 +333,8 @@ pub trait Observation: Sync {
         "coordinates"
     }
 
-    /// A value that cannot be measured: its column, and what it must be.
-    fn fault(&self, _measured: &Rows) -> Option<(&'static str, &'static str)> {
+    /// What is wrong with values that cannot be measured; `is_free` says which values of the target are unknown.
+    fn fault(&self, _measured: &Rows, _is_free: &[bool]) -> Option<ValueFault> {
         None
     }
 

@@ -49,7 +49,7 @@ fn known_before(
     values: &[f64],
     one: impl Fn() -> Campaign,
 ) -> Result<Option<(Campaign, usize)>, PlanningError> {
-    let constraints = request.design.as_ref().map(|design| &design.campaign.constraints);
+    let constraints = request.design.as_ref().map(|design| &design.campaign.declared);
     Ok(match (&request.measured, constraints) {
         (Some(measured), _) => Some((seated(model, measured, values)?.into_owned(), 0)),
         (None, Some(constraints)) if !constraints.is_empty() => {
@@ -258,6 +258,7 @@ fn about(model: &Model, slots: &[Slot], request: &Request) -> Vec<Column> {
 pub fn bare(campaign: &Campaign) -> Campaign {
     Campaign {
         constraints: Vec::new(),
+        declared: Vec::new(),
         poses: Vec::new(),
         conditions: Conditions::default(),
         ..campaign.select(|_, _| false)

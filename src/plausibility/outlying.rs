@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use super::evidence::{Evidence, Limits};
 use super::fitted::Fitted;
 use super::shown::{mm, unit_of};
-use super::trial::{Trials, errors, lever, searching};
+use super::trial::{Trials, errors, is_of_torques, lever, searching};
 use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate, registered};
@@ -199,7 +199,9 @@ fn many(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     let campaign = evidence.campaign;
     let size: Vec<f64> = errors(campaign, &found.residual, limits).collect();
     let middle = median(&mut size.clone())?;
-    let beyond = |floor: f64| size.iter().filter(|error| **error > floor).count();
+    let allowances = allowances(campaign, limits);
+    let is_beyond = |floor: f64, k: usize| size[k] > floor * allowances[k];
+    let beyond = |floor: f64| (0..size.len()).filter(|&k| is_beyond(floor, k)).count();
     let is_few = |far: usize| (far as f64) < limits.wrong_share * size.len() as f64;
     if is_few(beyond(limits.outlying_open * middle)) {
         return None;
@@ -207,10 +209,10 @@ fn many(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     let floor = limits.outlying_open * middle.max(Fitted::of(evidence)?.least());
     // Torques and positions have no scale in common: of the kind that is far off, half are near.
     let mut kinds: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
-    for (reading, size) in campaign.readings.iter().zip(&size) {
+    for (k, reading) in campaign.readings.iter().enumerate() {
         let [all, far] = kinds.entry(reading.observes.name()).or_default();
         *all += 1;
-        *far += usize::from(*size > floor);
+        *far += usize::from(is_beyond(floor, k));
     }
     let far: usize = kinds.values().filter(|[all, far]| 2 * far < *all).map(|[_, far]| far).sum();
     if is_few(far) {
@@ -255,7 +257,9 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
     let least = fit.least();
     // Many together hide each other from deletion, and are plain where a robust loss has not let them bend the fit.
     let floor = limits.outlying_open * median(&mut size.clone())?.max(least);
-    let plain: Vec<usize> = (0..fit.readings().len()).filter(|&k| size[fit.reading(k)] > floor).collect();
+    let allowances = allowances(campaign, limits);
+    let is_plain = |reading: usize| size[reading] > floor * allowances[reading];
+    let plain: Vec<usize> = (0..fit.readings().len()).filter(|&k| is_plain(fit.reading(k))).collect();
     let plain = if plain.len() < most { plain } else { Vec::new() };
     let mut wrong: Vec<usize> = plain.iter().map(|&k| fit.reading(k)).collect();
     plain.into_iter().for_each(|k| fit.leave_out(k));
@@ -269,10 +273,6 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
             size[reading] = error;
         }
     }
-    // Rows may state a noise of their own.
-    let stated: Vec<f64> = campaign.readings.iter().map(stated_noise).collect();
-    let usual = median(&mut stated.clone())?;
-    let allowance = |k: usize| if usual > 0.0 { (stated[k] / usual).max(1.0) } else { 1.0 };
     // What a fit of hardly more rows than parameters leaves says nothing of readings that it did not see.
     let tells_others = 2.0 * fit.freedom() >= fit.residual.len() as f64;
     let far = |size: &[f64], among: &[usize], response: Option<&[f64]>| -> Option<(Vec<usize>, f64)> {
@@ -288,7 +288,7 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
         let floor = factor * middle.max(least);
         let in_proportion = |k: usize| response.and_then(|all| all.get(k)).copied().unwrap_or(1.0);
         let is_far = |&k: &usize| {
-            size[k] > floor * allowance(k) * in_proportion(k)
+            size[k] > floor * allowances[k] * in_proportion(k)
                 && (among.contains(&k) || tells_others && found.held_out.get(k) == Some(&true))
         };
         let far: Vec<usize> = (0..size.len()).filter(is_far).collect();
@@ -306,13 +306,23 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
     (wrong.len() < most.max(2)).then_some((wrong, size, middle))
 }
 
-/// Noise (m) that a reading's row states of lengths; zero where it has none.
-fn stated_noise(reading: &Reading) -> f64 {
-    let lengths = reading.observes.length_rows();
-    if !reading.noise.is_stated[0] || lengths == 0 {
-        return 0.0;
-    }
-    reading.observes.sigmas(&reading.noise).into_iter().take(lengths).map(|sigma| sigma * sigma).sum::<f64>().sqrt()
+/// How many times farther off than the others each reading may be, at least 1: its noise, where that is stated, over the median of all.
+/// Kinds of readings, files and rows may state noises of their own.
+fn allowances(campaign: &Campaign, limits: &Limits) -> Vec<f64> {
+    let torques = is_of_torques(campaign);
+    let stated = |reading: &Reading| {
+        let is_stated = |row: usize| {
+            let lengths = reading.observes.length_rows();
+            let kind = if reading.observes.by_variable().is_some() { 2 } else { usize::from(row >= lengths) };
+            reading.noise.is_stated[kind]
+        };
+        let sigmas = reading.observes.sigmas(&reading.noise).into_iter().take(reading.observes.rows()).enumerate();
+        let own = sigmas.filter(|(row, _)| is_stated(*row));
+        own.map(|(row, sigma)| (lever(reading, row, torques, limits) * sigma).powi(2)).sum::<f64>().sqrt()
+    };
+    let stated: Vec<f64> = campaign.readings.iter().map(stated).collect();
+    let usual = median(&mut stated.clone()).unwrap_or_default();
+    stated.into_iter().map(|own| if usual > 0.0 { (own / usual).max(1.0) } else { 1.0 }).collect()
 }
 
 /// Errors (m) of all readings, the same parameters fitted without some, and [`responses`]; `None` where that cannot be done.

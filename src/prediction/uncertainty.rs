@@ -54,6 +54,7 @@ impl FittedUncertainty {
     ) -> Result<Vec<[f64; 3]>, PredictionError> {
         let mut points = readings.clone();
         points.constraints.clear();
+        points.declared.clear();
         points.readings.iter_mut().for_each(|reading| reading.observes = POSITION);
         let mut found = Linearised::default();
         Predictor::new(model, &points, self.slots.clone())?.linearise(values, true, &mut found)?;

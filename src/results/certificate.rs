@@ -140,7 +140,7 @@ impl Certificate {
         let (before, after) = (sizes(campaign, &found.registered), sizes(campaign, &found.residual));
         let of = |all: &[f64]| certified((0..all.len()).filter(|&index| judges(index)).map(|index| all[index]));
         let is_stated = campaign.noise_origin == NoiseOrigin::Stated
-            && campaign.readings.iter().all(|reading| reading.noise.is_stated[0]);
+            && campaign.readings.iter().filter(|r| r.observes.length_rows() > 0).all(|r| r.noise.is_stated[0]);
         let sigma = campaign.readings.iter().flat_map(|r| {
             let lengths = r.observes.length_rows();
             r.observes.sigmas(&r.noise).into_iter().take(lengths).collect::<Vec<_>>()

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::elastics::Elastics;
 use crate::model::Model;
 
@@ -19,6 +19,12 @@ pub enum OwnWeight {
     /// It declares masses, and nothing compliant that they could deflect; `none` in JSON.
     #[serde(rename = "none")]
     Rigid,
+    /// It declares no masses, and bodies that the tool carries in some readings deflect it; `none` in JSON.
+    #[serde(rename = "none")]
+    Payloads,
+    /// It declares no masses, and the measured torques of the joints deflect it; `none` in JSON.
+    #[serde(rename = "none")]
+    Torques,
 }
 
 impl OwnWeight {
@@ -40,7 +46,16 @@ impl OwnWeight {
 
     /// Of what is predicted for a campaign's readings: absolute ones hold it, differences do not.
     pub fn of_campaign(model: &Model, values: &[f64], campaign: &Campaign) -> Self {
-        Self::new(model, values, !campaign.observes.is_difference())
+        let own = Self::new(model, values, !campaign.observes.is_difference());
+        if own != Self::None || !Elastics::new(model, values, &[]).is_compliant() {
+            return own;
+        }
+        let is_carried = |reading: &Reading| reading.payload.is_some_and(|payload| payload.mass != 0.0);
+        match (campaign.conditions.torques.iter().any(Option::is_some), campaign.readings.iter().any(is_carried)) {
+            (true, _) => Self::Torques,
+            (_, true) => Self::Payloads,
+            _ => own,
+        }
     }
 
     /// Of what a campaign's readings are predicted with, in words.
@@ -55,6 +70,8 @@ impl OwnWeight {
             Self::LeftOut => format!("own weight: left out; {why}"),
             Self::None => "own weight: none; the description declares no masses".into(),
             Self::Rigid => "own weight: none; the description declares masses, and no compliance under them".into(),
+            Self::Payloads => "own weight: none; the description declares no masses, and the payloads count".into(),
+            Self::Torques => "own weight: none; the description declares no masses, and the measured torques count".into(),
         }
     }
 }

@@ -201,7 +201,7 @@ impl Layout<'_> {
 fn keep_apart(model: &Model, campaign: &Campaign, faces: &BTreeMap<usize, Vector3<f64>>, values: &mut [f64]) {
     hold_constraints(model, campaign, values, |constraint| constraint.length.is_none());
     // Unknown distances as the known ones leave them.
-    for constraint in campaign.constraints.iter().rev() {
+    for constraint in campaign.declared.iter().rev() {
         let length = constraint.length.and_then(|length| model.target_values(length).first().copied().flatten());
         let [a, b] = constraint.targets.map(|target| target_values(model, campaign, target, values));
         length.iter().for_each(|&slot| values[slot] = constraint.of([&a, &b], 0.0).0);
@@ -231,7 +231,7 @@ fn in_reach(
 /// same placement of a fixture.
 fn mate(campaign: &Campaign, index: usize) -> Option<(usize, f64)> {
     let target = &campaign.targets[index];
-    let constrained = campaign.constraints.iter().filter(|c| c.between == Between::Points).find_map(|c| {
+    let constrained = campaign.declared.iter().filter(|c| c.between == Between::Points).find_map(|c| {
         let [a, b] = c.targets;
         let other = if b == index { a } else { b };
         let distance = if c.length.is_some() { APART } else { c.value };
@@ -290,7 +290,7 @@ fn ordinary(model: &Model, target: &Target, index: usize, exact: bool, values: &
 
 /// Moves targets as little as brings them to those of the distances and angles that are held (Gauss-Newton).
 fn hold_constraints(model: &Model, campaign: &Campaign, values: &mut [f64], is_held: impl Fn(&Constraint) -> bool) {
-    let constraints: Vec<&Constraint> = campaign.constraints.iter().filter(|constraint| is_held(constraint)).collect();
+    let constraints: Vec<&Constraint> = campaign.declared.iter().filter(|constraint| is_held(constraint)).collect();
     for _ in 0..30 {
         let count = constraints.len();
         let mut slots: Vec<usize> = Vec::new();

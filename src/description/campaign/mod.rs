@@ -73,8 +73,10 @@ pub struct Campaign {
     pub without: Vec<String>,
     /// What readings refer to in addition to the robot: fixed points, contacts, gains; by name in the files.
     pub targets: Vec<Target>,
-    /// Distances between targets.
+    /// Distances and angles between targets that hold: [`Constraint::held`] of those declared.
     pub constraints: Vec<Constraint>,
+    /// Distances and angles between targets as declared.
+    pub declared: Vec<Constraint>,
     /// Names of the bodies that the tool carries in some readings.
     pub payloads: Vec<(String, Payload)>,
     /// Frames of which a body is read, next to the markers of the robot: the reading's marker counts them behind those.
@@ -307,15 +309,17 @@ impl Campaign {
     #[must_use]
     pub fn select(&self, keep: impl Fn(usize, &Reading) -> bool) -> Self {
         let kept: Vec<usize> = (0..self.readings.len()).filter(|&i| keep(i, &self.readings[i])).collect();
+        let readings: Vec<Reading> = kept.iter().map(|&i| self.readings[i]).collect();
         Self {
             joints: kept.iter().flat_map(|&i| self.configuration(i).iter().copied()).collect(),
-            readings: kept.iter().map(|&i| self.readings[i]).collect(),
             conditions: self.conditions.select(&kept),
             name: self.name.clone(),
             calibrate: self.calibrate.clone(),
             without: self.without.clone(),
             targets: self.targets.clone(),
-            constraints: self.constraints.clone(),
+            constraints: Constraint::held(&self.declared, &self.targets, &readings),
+            declared: self.declared.clone(),
+            readings,
             payloads: self.payloads.clone(),
             bodies: self.bodies.clone(),
             references: self.references.clone(),

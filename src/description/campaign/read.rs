@@ -10,12 +10,13 @@ use super::rows::RowReader;
 use super::source::Source;
 use super::stated::stated_noise;
 use super::torques;
-use super::{Campaign, Conditions, NoiseOrigin, Payload, Reading, References, Sessions, Sharing};
+use super::{Campaign, Conditions, Constraint, NoiseOrigin, Payload, Reading, References, Sessions, Sharing};
 
 use crate::description::resolve::Locate;
 use crate::description::robot::Robot;
 use crate::description::table::Table;
 use crate::diagnostic::Diagnostic;
+use crate::math::distinct;
 use crate::observation::{Kinds, Observes, POSITION};
 
 /// Resolves a campaign: units, markers, targets, sessions, sets, conditions. `tables` are the files of its measurements with
@@ -49,7 +50,7 @@ pub fn resolve(
     diagnostics.extend(columns_of_joints(&all_kinds, robot, locate));
     diagnostics.extend(contradictions(robot, &sources));
     diagnostics.extend(mixed_differences(&all_kinds, locate));
-    campaign.constraints = constraints(raw, &mut campaign.targets, locate, &mut diagnostics);
+    campaign.declared = constraints(raw, &mut campaign.targets, locate, &mut diagnostics);
     let mut rows = RowReader::new(raw, robot, locate);
     for source in &sources {
         diagnostics.extend(source.table.notes().iter().cloned());
@@ -62,6 +63,7 @@ pub fn resolve(
     }
     diagnostics.extend(time_in_some(locate, tables));
     diagnostics.extend(unnamed_parts(&campaign, locate));
+    diagnostics.extend(untouched(&campaign, locate));
     if !diagnostics.iter().any(Diagnostic::is_error) {
         diagnostics.extend(doubts(&campaign, raw, locate, robot, &sources));
     }
@@ -92,6 +94,7 @@ fn without_readings(
         without: raw.without.clone(),
         targets: targets(raw, robot, sources, kinds, locate, diagnostics),
         constraints: Vec::new(),
+        declared: Vec::new(),
         payloads: payloads(raw, robot, locate, diagnostics),
         bodies: bodies::bodies(robot, sources),
         references: References::default(),
@@ -130,6 +133,7 @@ fn settle(campaign: &mut Campaign) {
             names.push(String::new());
         }
     }
+    campaign.constraints = Constraint::held(&campaign.declared, &campaign.targets, &campaign.readings);
     settle_noise(campaign);
     count_from_the_first(&mut campaign.conditions);
 }
@@ -214,6 +218,20 @@ fn unnamed_parts(campaign: &Campaign, locate: Locate) -> Vec<Diagnostic> {
             .then(|| Diagnostic::error(message).at(locate(&["estimate", part])).remedy(remedy))
     };
     parts.into_iter().filter_map(unnamed).collect()
+}
+
+/// Contacts that no reading touches, of which a known distance or angle is declared.
+fn untouched(campaign: &Campaign, locate: Locate) -> Option<Diagnostic> {
+    let is_read = |target: &usize| campaign.readings.iter().any(|reading| reading.target == Some(*target));
+    let idle = campaign.declared.iter().filter(|constraint| !campaign.constraints.contains(constraint));
+    let targets = distinct(idle.flat_map(|constraint| constraint.targets).filter(|target| !is_read(target)));
+    let first = campaign.targets.get(*targets.first()?).filter(|_| !campaign.readings.is_empty())?;
+    let names: Vec<String> = targets.iter().map(|&target| format!("`{}`", campaign.targets[target].name)).collect();
+    let (verb, what) = if names.len() == 1 { ("is", "it") } else { ("are", "them") };
+    let message =
+        format!("{} {verb} touched in no row: the distances and angles to {what} tell nothing", names.join(", "));
+    let diagnostic = Diagnostic::warning(message).at(locate(&["contacts", &first.member.0]));
+    Some(diagnostic.remedy("touch each contact in every placement, if its distances are to count there"))
 }
 
 /// Times count from one start: all tables have them, or none.

@@ -135,7 +135,9 @@ impl<'a> RowReader<'a> {
             target.and_then(|target| campaign.targets.get(target)).filter(|_| observes.target_column().is_some());
         let observes = of_target.and_then(|target| target.observes).unwrap_or(observes);
         let reading = Reading { observes, marker, target, ..blank };
-        let measured = measured(row, observes, faults);
+        let of_target = target.and_then(|target| campaign.targets.get(target));
+        let is_free = of_target.iter().flat_map(|target| &target.values).map(|value| value.parameter.is_some());
+        let measured = measured(row, observes, &is_free.collect::<Vec<bool>>(), faults);
         campaign.readings.push(Reading { measured, noise: reading.noise.at(&*observes, &measured), ..reading });
     }
 
@@ -271,7 +273,7 @@ fn check_order(row: &Row, faults: &mut Faults) {
     }
 }
 
-fn measured(row: &Row, observes: Observes, faults: &mut Faults) -> Rows {
+fn measured(row: &Row, observes: Observes, is_free: &[bool], faults: &mut Faults) -> Rows {
     let mut measured = [0.0; MOST_ROWS];
     let other = observes.other_columns();
     let lacks = observes.columns().iter().any(|column| !row.table.has(column.name));
@@ -282,9 +284,8 @@ fn measured(row: &Row, observes: Observes, faults: &mut Faults) -> Rows {
     for (value, column) in measured.iter_mut().zip(observes.columns()) {
         *value = row.number(column.name) * row.units.of(column.kind);
     }
-    if let Some((column, fault)) = observes.fault(&measured) {
-        let remedy = "give the direction as it was read, in any length; remove the row if the sensor showed nothing";
-        faults.push(Diagnostic::error(fault).at(row.place(column)).remedy(remedy));
+    if let Some(fault) = observes.fault(&measured, is_free) {
+        faults.push(Diagnostic::error(fault.message).at(row.place(fault.column)).remedy(fault.remedy));
     }
     for (value, column) in measured.iter().zip(observes.columns()) {
         faults.check_size(row, column.name, *value);

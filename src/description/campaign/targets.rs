@@ -1,10 +1,12 @@
 //! What readings refer to in addition to the robot: anchors of distances, contacts. Each has values that a kind of reading reads in
 //! its own order; known ones are constants, unknown ones parameters.
 
+use std::collections::HashSet;
 use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 
+use super::Reading;
 use crate::observation::{ANCHOR_COLUMN, CONTACT_COLUMN, MOST_TARGET_VALUES, Observes, TargetValues};
 use crate::parameter::Kind;
 
@@ -68,6 +70,23 @@ pub struct Constraint {
 }
 
 impl Constraint {
+    /// Those of `declared` that say something of readings: all that they constrain is known, or told by readings of the targets. One to a
+    /// contact that is not touched says no more than where that contact is.
+    pub fn held(declared: &[Self], targets: &[Target], readings: &[Reading]) -> Vec<Self> {
+        let is_read = |target: usize| {
+            let column = targets[target].column;
+            readings.iter().any(|r| r.target == Some(target) && r.observes.target_column().is_none_or(|of| of == column))
+        };
+        let read = (0..targets.len()).filter(|&target| is_read(target)).flat_map(|target| &targets[target].values);
+        let told: HashSet<&String> = read.filter_map(|value| value.parameter.as_ref()).collect();
+        let is_told = |value: &TargetValue| value.parameter.as_ref().is_none_or(|name| told.contains(name));
+        let is_held = |constraint: &&Self| {
+            let count = if constraint.between == Between::Faces { 4 } else { 3 };
+            constraint.targets.iter().all(|&target| targets[target].values.iter().take(count).all(is_told))
+        };
+        declared.iter().filter(is_held).copied().collect()
+    }
+
     /// What is constrained, of the values of both targets, and its derivatives by the first four of them.
     pub fn of(&self, values: [&TargetValues; 2], expected: f64) -> (f64, [[f64; 4]; 2]) {
         let [a, b] = values.map(|values| Vector3::from_column_slice(&values[..3]));
