@@ -1,7 +1,7 @@
 //! Paths: where a robot should pass, under what, read from a table with a campaign's columns.
 
 use super::campaign::raw::{RawCampaign, RawEntry, RawKinds};
-use super::campaign::{Campaign, WRENCH, resolve};
+use super::campaign::{Campaign, LOAD_POINT, WRENCH, resolve};
 use super::robot::Robot;
 use super::table::{ColumnKind, ExpectedColumn, Table};
 use super::units::{Unit, Units};
@@ -28,7 +28,8 @@ pub struct Path {
 pub fn expected_columns(robot: &Robot, units: &Units) -> Vec<ExpectedColumn> {
     let column = |name: &str, kind| ExpectedColumn::new(name, kind, false);
     let number = |name: &str| column(name, ColumnKind::Number);
-    let mut columns = vec![column("pose", ColumnKind::Text), column("marker", ColumnKind::Text)];
+    let texts = ["pose", "marker", "payload", LOAD_POINT];
+    let mut columns: Vec<ExpectedColumn> = texts.iter().map(|name| column(name, ColumnKind::Text)).collect();
     let of_kind = |kind| units.unit(kind).map_or(ColumnKind::Number, ColumnKind::Quantity);
     columns.extend(robot.variables.iter().map(|variable| column(&variable.name, of_kind(variable.kind()))));
     columns.extend(POSE.columns().iter().map(|wanted| column(wanted.name, of_kind(wanted.kind))));

@@ -126,9 +126,10 @@ fn without_causes(
 ) -> Verdict {
     let settings = &inputs.settings.verdict;
     let is_thin = settings.is_thin(evidence) || competition.problem.hypotheses.is_empty();
+    let is_drowned = gap.rms < settings.least_noise * gap.noise;
     match has_outliers {
         true => Verdict::Explained,
-        false if is_thin || settings.is_beyond_noise(gap.rms, gap.noise) => Verdict::Undecided,
+        false if is_thin || is_drowned || settings.is_beyond_noise(gap.rms, gap.noise) => Verdict::Undecided,
         false => Verdict::NoGap,
     }
 }

@@ -140,6 +140,9 @@ fn unreadable(path: &Path, error: &std::io::Error) -> Diagnostic {
             Diagnostic::error(format!("`{shown}` cannot be read: {error}"))
         };
     }
+    if path.as_os_str().is_empty() {
+        return Diagnostic::error("no file is named").remedy("add `file:`, the name of a table");
+    }
     let diagnostic = Diagnostic::error(format!("there is no file `{shown}`"));
     let folder = match path.parent() {
         Some(parent) if parent.as_os_str().is_empty() => Path::new("."),

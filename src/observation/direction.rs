@@ -3,7 +3,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Rows, TargetValues, ValueColumn, ValueFault, rows_of};
+use super::kind::{
+    MeasuredPoint, Noise, Observation, PointDerivative, Rows, TargetValues, ValueColumn, ValueFault, rows_of,
+};
 
 /// Below this length a direction is none.
 pub(super) const LEAST: f64 = 1e-9;

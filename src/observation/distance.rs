@@ -5,8 +5,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::kind::{
     ANCHOR_COLUMN, MOST_TARGET_VALUES, MeasuredPoint, Observation, PointDerivative, Rows, TargetValues, ValueColumn,
-    ValueFault,
-    centre_of, row,
+    ValueFault, centre_of, row,
 };
 use crate::math::least_squares;
 

@@ -7,6 +7,7 @@ use super::errors::FitOrCheck;
 use super::units::{deg, mm};
 use crate::description::campaign::raw::RawCertificate;
 use crate::description::campaign::{Campaign, NoiseOrigin};
+use crate::diagnostic::Diagnostic;
 use crate::estimation::Calibration;
 use crate::model::Model;
 use crate::review::{Direction, Repeated, repeated};
@@ -186,6 +187,17 @@ impl Certificate {
             converged: found.converged(),
             version: env!("CARGO_PKG_VERSION"),
             command,
+        }
+    }
+}
+
+impl Certificate {
+    /// Withdraws a pass where something casts doubt on the figures.
+    pub fn doubted(&mut self, doubts: &[Diagnostic]) {
+        if let (Some(Verdict::Pass), Some(first)) = (self.verdict, doubts.first()) {
+            self.verdict = Some(Verdict::Undecided);
+            let reason = self.reason.take().unwrap_or_default();
+            self.reason = Some(format!("{reason}, but the figures are doubtful ({})", first.code.name()));
         }
     }
 }

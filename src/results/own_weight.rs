@@ -71,7 +71,9 @@ impl OwnWeight {
             Self::None => "own weight: none; the description declares no masses".into(),
             Self::Rigid => "own weight: none; the description declares masses, and no compliance under them".into(),
             Self::Payloads => "own weight: none; the description declares no masses, and the payloads count".into(),
-            Self::Torques => "own weight: none; the description declares no masses, and the measured torques count".into(),
+            Self::Torques => {
+                "own weight: none; the description declares no masses, and the measured torques count".into()
+            }
         }
     }
 }

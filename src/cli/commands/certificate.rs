@@ -53,9 +53,12 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     }
     let given = command.robot.as_ref().map_or(String::new(), |robot| format!(" --robot {robot}"));
     let written = format!("elastogeo report {}{given} --certificate", command.campaign);
-    let certificate = Certificate::new(model, campaign, &found, uncertainty.as_deref(), about, tolerance, written);
+    let mut certificate = Certificate::new(model, campaign, &found, uncertainty.as_deref(), about, tolerance, written);
     let all = loaded.diagnostics.iter().chain(&judged);
     let doubts: Vec<_> = all.filter(|found| found.code.is_about_figures()).cloned().collect();
+    if !force {
+        certificate.doubted(&doubts);
+    }
     let (html, answer) = certificate_page(&certificate, &calibrated.robot.unwrap_or_default(), &doubts)?;
     let mut output = Output::new(format!("{answer}\n"), &certificate)?;
     output.diagnostics = loaded.diagnostics;

@@ -44,6 +44,12 @@ pub fn run(command: &PlaceOf, session: &Session) -> Result<Output, Error> {
             "leave the column out, and declare `tool: {frame: .., at: ..}` where the marker is",
         ));
     }
+    if path.campaign.readings.iter().any(|reading| reading.payload.is_some()) {
+        return Err(Error::input(
+            "the path has a column `payload`, and bodies that the tool carries are not placed with it",
+            "leave the column out, and declare the body under `masses:`, on the tool's frame",
+        ));
+    }
     let mut diagnostics = loaded.diagnostics.clone();
     diagnostics.extend(as_stiff_as_arms(model, &Limits::default()));
     let controller = ControllerFile::new(None, &loaded, &path, session)?;

@@ -78,7 +78,8 @@ pub(super) fn faults(robot: &Robot, sources: &[Source], locate: Locate) -> Vec<D
     let mut faults = Vec::new();
     for source in sources {
         let entry = source.entry;
-        if !is_read(source) && (entry.body.is_some() || entry.mount.is_some()) {
+        let is_of_joints = source.kinds.iter().all(|kind| kind.by_variable().is_some());
+        if (!is_read(source) || is_of_joints) && (entry.body.is_some() || entry.mount.is_some()) {
             let message = format!("`{}`: `body:` and `mount:` are of inclinations, and it observes none", entry.file);
             let diagnostic = Diagnostic::error(message).at(locate(&["measurements"]));
             faults.push(diagnostic.remedy("take them out, or write `observes: inclination`"));

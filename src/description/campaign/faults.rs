@@ -1,7 +1,9 @@
 //! Faults and doubts of a campaign file alone, before its tables are read.
 
 use super::columns::kinds;
-use super::raw::{ContactKind, OrUnknown, RawAnchor, RawCampaign, RawContact, RawEntry, RawInstrument, RawSigma};
+use super::raw::{
+    ContactKind, OrUnknown, RawAnchor, RawCampaign, RawContact, RawEntry, RawInstrument, RawKinds, RawSigma,
+};
 use crate::description::resolve::{Explained, GREATEST, Locate, no_mass};
 use crate::description::units::Units;
 use crate::diagnostic::{Code, Diagnostic};
@@ -33,6 +35,7 @@ pub fn faults(
         let diagnostic = Diagnostic::error(format!("unknown kind of readings `{name}`")).at(place);
         diagnostics.push(diagnostic.suggest(name, kinds.iter().map(|kind| kind.name())));
     }
+    diagnostics.extend(no_or_repeated_kinds(raw, locate));
     for (position, effect) in raw.calibrate.iter().flatten().enumerate() {
         if !effects.contains(&effect.as_str()) {
             let diagnostic = Diagnostic::error(format!("unknown effect `{effect}`"))
@@ -82,6 +85,27 @@ pub fn faults(
     diagnostics
 }
 
+/// Lists of kinds that are empty, or name one twice.
+fn no_or_repeated_kinds(raw: &RawCampaign, locate: Locate) -> Vec<Diagnostic> {
+    let entries = raw.measurements.iter().flat_map(|all| &all.0).enumerate();
+    let of_entries = entries.filter_map(|(k, entry)| {
+        let path = vec!["measurements".to_owned(), k.to_string(), "observes".to_owned()];
+        Some((path, entry.observes.as_ref()?))
+    });
+    let own = raw.observes.as_ref().map(|kinds| (vec!["observes".to_owned()], kinds));
+    let fault = |(path, kinds): (Vec<String>, &RawKinds)| {
+        let path: Vec<&str> = path.iter().map(String::as_str).collect();
+        let twice = kinds.0.iter().enumerate().find(|(k, name)| kinds.0[..*k].contains(name));
+        let (message, remedy) = match (kinds.0.is_empty(), twice) {
+            (true, _) => ("`observes` names no kind of reading".into(), "name one: `observes: position`"),
+            (_, Some((_, name))) => (format!("`observes` names `{name}` twice"), "name each kind once"),
+            _ => return None,
+        };
+        Some(Diagnostic::error(message).at(locate(&path)).remedy(remedy))
+    };
+    own.into_iter().chain(of_entries).filter_map(fault).collect()
+}
+
 /// What cannot be of a contact, with the key of it; lengths are in a unit of `length` m.
 fn contact_faults(contact: &RawContact, length: f64) -> Vec<(&'static str, Diagnostic)> {
     let mut faults = Vec::new();
@@ -94,6 +118,10 @@ fn contact_faults(contact: &RawContact, length: f64) -> Vec<(&'static str, Diagn
                 diagnostic.remedy("give a vector towards the ball, or leave it out: it is estimated"),
             ));
         }
+    }
+    if contact.normal.is_some() && matches!(contact.kind, Some(ContactKind::Socket | ContactKind::Sphere)) {
+        let diagnostic = Diagnostic::error("sockets and spheres have a centre, and no normal");
+        faults.push(("normal", diagnostic.remedy("leave it out, or write `kind: plane`")));
     }
     let radius = contact.radius.map(OrUnknown::known);
     if radius.is_some() && contact.kind == Some(ContactKind::Socket) {

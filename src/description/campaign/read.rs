@@ -181,6 +181,14 @@ fn payloads(
 ) -> Vec<(String, Payload)> {
     let own = crate::description::resolve::payloads(&raw.payloads, &raw.units, robot, locate, diagnostics);
     let is_other = |(name, _): &&(String, Payload)| own.iter().all(|(known, _)| known != name);
+    for (name, described) in robot.payloads.iter().filter(|payload| !is_other(payload)) {
+        if own.iter().any(|(known, payload)| known == name && payload.mass != described.mass) {
+            let message = format!("payload `{name}` has another mass than in the description, and is the campaign's");
+            let diagnostic = Diagnostic::warning(message).at(locate(&["payloads", name]));
+            diagnostics
+                .push(diagnostic.remedy("leave it out here, if the description's is right; or give it another name"));
+        }
+    }
     let described: Vec<(String, Payload)> = robot.payloads.iter().filter(is_other).cloned().collect();
     described.into_iter().chain(own).collect()
 }

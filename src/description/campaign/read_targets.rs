@@ -225,14 +225,15 @@ pub(super) fn constraints(
     for (between, key, value) in distances.chain(angles) {
         match constraint(raw, targets, between, key, value) {
             Ok((own, unknown)) => {
+                diagnostics
+                    .extend(contradicted(raw, targets, &own).map(|fault| fault.at(locate(&[list(between), key]))));
                 let parallel = own.iter().filter(|constraint| constraint.between == Between::Faces);
                 parallel.for_each(|constraint| Target::make_parallel(targets, constraint.targets));
                 constraints.extend(own);
                 targets.extend(unknown);
             }
             Err((message, remedy)) => {
-                let list = if between == Between::Normals { "angles" } else { "distances" };
-                diagnostics.push(Diagnostic::error(message).at(locate(&[list, key])).remedy(remedy));
+                diagnostics.push(Diagnostic::error(message).at(locate(&[list(between), key])).remedy(remedy));
             }
         }
     }
@@ -240,6 +241,30 @@ pub(super) fn constraints(
         diagnostics.extend(unreachable(raw, locate));
     }
     constraints
+}
+
+/// The key that lists a constraint.
+fn list(between: Between) -> &'static str {
+    if between == Between::Normals { "angles" } else { "distances" }
+}
+
+/// A known distance of points that are known, and farther apart or nearer.
+fn contradicted(raw: &RawCampaign, targets: &[Target], constraints: &[Constraint]) -> Option<Diagnostic> {
+    let point = |target: usize| {
+        let values = targets[target].values.get(..3)?;
+        let is_known = values.iter().all(|value| value.parameter.is_none());
+        is_known.then(|| Vector3::from_fn(|k, _| values[k].value))
+    };
+    let is_of_points = |own: &&Constraint| own.between == Between::Points && own.length.is_none();
+    constraints.iter().filter(is_of_points).find_map(|own| {
+        let [a, b] = own.targets.map(point);
+        let apart = (a? - b?).norm();
+        let length = raw.units.length.factor();
+        let message =
+            format!("the distance is {}, and the points given are {:.4} apart", own.value / length, apart / length);
+        let remedy = "correct one of them, or leave the distance out: the points say it";
+        ((apart - own.value).abs() > 3.0 * own.sigma).then(|| Diagnostic::error(message).remedy(remedy))
+    })
 }
 
 /// Known distances that are longer than a way along others.

@@ -75,7 +75,9 @@ impl Constraint {
     pub fn held(declared: &[Self], targets: &[Target], readings: &[Reading]) -> Vec<Self> {
         let is_read = |target: usize| {
             let column = targets[target].column;
-            readings.iter().any(|r| r.target == Some(target) && r.observes.target_column().is_none_or(|of| of == column))
+            readings
+                .iter()
+                .any(|r| r.target == Some(target) && r.observes.target_column().is_none_or(|of| of == column))
         };
         let read = (0..targets.len()).filter(|&target| is_read(target)).flat_map(|target| &targets[target].values);
         let told: HashSet<&String> = read.filter_map(|value| value.parameter.as_ref()).collect();

@@ -8,7 +8,7 @@ mod vary;
 
 pub use controller::ControllerFile;
 
-use points::{condition_doubts, found, load, unit_doubt};
+use points::{condition_doubts, found, load, orientation_doubt, unit_doubt};
 use program::Program;
 
 use crate::Error;
@@ -56,6 +56,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     });
     diagnostics.extend(condition_doubts(model, &path));
     diagnostics.extend(unit_doubt(&loaded, &path, &units));
+    diagnostics.extend(orientation_doubt(&path, &units));
     let controller = ControllerFile::new(command.nominal.as_deref(), &loaded, &path, session)?;
     diagnostics.extend(controller.diagnostics.iter().cloned());
     let shown = controller.geometry(&loaded)?;

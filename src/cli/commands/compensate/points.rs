@@ -104,6 +104,30 @@ pub fn unit_doubt(loaded: &LoadedRobot, path: &Path, units: &Units) -> Option<Di
     })
 }
 
+/// A turn of the tool that is meant in rad is often a quarter or half turn, to so many digits.
+const QUARTER: f64 = 1e-3;
+
+/// A doubt about orientations of a path that look like rad, and are read in a smaller unit: none turns by more than half a turn in rad,
+/// and one is a quarter or half turn.
+pub fn orientation_doubt(path: &Path, units: &Units) -> Option<Diagnostic> {
+    let factor = units.angle.factor();
+    let turns: Vec<f64> = (path.campaign.readings.iter())
+        .filter(|reading| reading.observes.angle_rows() == 3)
+        .map(|reading| reading.measured[reading.observes.length_rows()..].iter().take(3).map(|r| r * r).sum::<f64>())
+        .map(|square| square.sqrt() / factor)
+        .collect();
+    let half = std::f64::consts::PI;
+    let is_turn = |turn: &f64| [0.5 * half, half].iter().any(|exact| (turn - exact).abs() < QUARTER);
+    let is_meant = factor < 1.0 && turns.iter().all(|turn| *turn < half + QUARTER) && turns.iter().any(is_turn);
+    is_meant.then(|| {
+        let unit = units.angle.symbol();
+        let message = format!(
+            "no orientation of the path turns by more than 3.1416 {unit}, and one is a quarter or half turn in rad: are they in rad, and read in {unit}?"
+        );
+        Diagnostic::warning(message).code(Code::WrongUnits).remedy("say --units angle=rad, or convert the columns of the orientation")
+    })
+}
+
 /// `--at` for a path that does not say which marker passes.
 fn at_marker(at: Option<&str>, loaded: &LoadedRobot, path: &mut Path) -> Result<(), Error> {
     let Some(name) = at else { return Ok(()) };
