@@ -28,13 +28,14 @@ pub struct Path {
 pub fn expected_columns(robot: &Robot, units: &Units) -> Vec<ExpectedColumn> {
     let column = |name: &str, kind| ExpectedColumn::new(name, kind, false);
     let number = |name: &str| column(name, ColumnKind::Number);
-    let texts = ["pose", "marker", "payload", LOAD_POINT];
+    let texts = ["pose", "marker"];
     let mut columns: Vec<ExpectedColumn> = texts.iter().map(|name| column(name, ColumnKind::Text)).collect();
     let of_kind = |kind| units.unit(kind).map_or(ColumnKind::Number, ColumnKind::Quantity);
     columns.extend(robot.variables.iter().map(|variable| column(&variable.name, of_kind(variable.kind()))));
     columns.extend(POSE.columns().iter().map(|wanted| column(wanted.name, of_kind(wanted.kind))));
     let wrench = WRENCH.into_iter().zip(units.of_wrench());
     columns.extend(wrench.map(|(name, unit)| column(name, ColumnKind::Quantity(unit))));
+    columns.extend(["payload", LOAD_POINT].map(|name| column(name, ColumnKind::Text)));
     columns.push(number("temperature"));
     columns.push(column("time", ColumnKind::Quantity(Unit::Time(units.time))));
     let sides = robot.variables.iter().map(|variable| format!("approach.{}", variable.name));

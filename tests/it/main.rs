@@ -51,6 +51,7 @@ mod inverse;
 mod joints;
 mod keep_out;
 mod lab_files;
+mod lacking_evidence;
 mod laws;
 mod least_squares;
 mod literature_more_garbow_hillstrom;

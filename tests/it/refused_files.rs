@@ -257,7 +257,7 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
         assert_eq!(faults, ran.err.matches("help: ").count(), "{change:?}\n{}", ran.err);
     };
     let touched = [("c.yaml", TOUCHED), ("touched.csv", TOUCHES), ("none.csv", "")];
-    let contacts: [Case; 9] = [
+    let contacts: [Case; 12] = [
         (("c.yaml", "robot", "robot"), &[]),
         (("c.yaml", "s0: {kind: socket", "s0: {kind: hole"), &["c.yaml:5:", "`hole`", "`socket`, `plane`, `sphere`"]),
         (("c.yaml", "s0-s1", "s0-s7"), &["c.yaml:6:", "names no two contacts"]),
@@ -274,11 +274,21 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
             &["contacts are observed, and none is declared"],
         ),
         (("c.yaml", "group: placement", "group: plate"), &["`plate`, which names none", "add the column"]),
+        (("c.yaml", "s1: {kind: socket", "s1: {normal: [0, 0, 1], kind: socket"), &["c.yaml:5:", "no normal"]),
+        (
+            (
+                "c.yaml",
+                "{kind: socket, group: placement}, s1: {kind: socket",
+                "{kind: socket, at: [0, 0, 0], group: placement}, s1: {kind: socket, at: [60, 0, 0]",
+            ),
+            &["c.yaml:6:", "the distance is 50, and the points given are 60.0000 apart"],
+        ),
+        (("c.yaml", "observes: contact", "observes: []"), &["c.yaml:", "`observes` names no kind"]),
     ];
     contacts.iter().for_each(|(change, expected)| refused(touched, *change, expected));
     let friday = MONDAY.replace("a,90", "c,90").replace("b,0", "d,0").replace("900", "901");
     let measured = [("c.yaml", SESSIONS), ("monday.csv", MONDAY), ("friday.csv", friday.as_str())];
-    let sessions: [Case; 14] = [
+    let sessions: [Case; 18] = [
         (("c.yaml", "robot", "robot"), &[]),
         (("c.yaml", "per session", "per sesion"), &["c.yaml:4:", "did you mean `per-session`?"]),
         (
@@ -288,6 +298,16 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
         (("c.yaml", "file: friday.csv", "file: sunday.csv"), &["c.yaml:6:", "no file `sunday.csv`"]),
         (("c.yaml", "frame: \"2\"", "frame: \"9\""), &["c.yaml:5:", "`9`"]),
         (("c.yaml", "mass: 5", "mass: -5"), &["c.yaml:5:"]),
+        (("c.yaml", "position\n", "[position, position]\n"), &["c.yaml:3:", "names `position` twice"]),
+        (("c.yaml", "file: friday.csv, ", ""), &["c.yaml:6:", "no file is named"]),
+        (
+            ("c.yaml", "session: friday", "session: friday, mount: [0, 0, 0]"),
+            &["c.yaml:6:", "`body:` and `mount:` are of inclinations"],
+        ),
+        (
+            ("c.yaml", "position\n", "[position, torque]\n"),
+            &["c.yaml:3:", "torques are observed, and no joint has a column"],
+        ),
         (("c.yaml", "position\n", "position\njoints: commanded\n"), &["monday.csv:1:", "`commanded.q1` is missing"]),
         (("c.yaml", "position\n", "position\ninstrument: {sigma: 0.05, ppm: -3}\n"), &["c.yaml:4:", "-3"]),
         (("c.yaml", "position\n", "position\nreferences: r.csv\n"), &["c.yaml:4:", "no file `r.csv`"]),

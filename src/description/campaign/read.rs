@@ -60,10 +60,10 @@ pub fn resolve(
     settle(&mut campaign);
     if !diagnostics.iter().any(Diagnostic::is_error) {
         diagnostics.extend(noise_of_some_readings(&campaign, raw, locate));
+        diagnostics.extend(untouched(&campaign, locate));
     }
     diagnostics.extend(time_in_some(locate, tables));
     diagnostics.extend(unnamed_parts(&campaign, locate));
-    diagnostics.extend(untouched(&campaign, locate));
     if !diagnostics.iter().any(Diagnostic::is_error) {
         diagnostics.extend(doubts(&campaign, raw, locate, robot, &sources));
     }
