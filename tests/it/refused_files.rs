@@ -288,7 +288,7 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
     contacts.iter().for_each(|(change, expected)| refused(touched, *change, expected));
     let friday = MONDAY.replace("a,90", "c,90").replace("b,0", "d,0").replace("900", "901");
     let measured = [("c.yaml", SESSIONS), ("monday.csv", MONDAY), ("friday.csv", friday.as_str())];
-    let sessions: [Case; 18] = [
+    let sessions: [Case; 17] = [
         (("c.yaml", "robot", "robot"), &[]),
         (("c.yaml", "per session", "per sesion"), &["c.yaml:4:", "did you mean `per-session`?"]),
         (
@@ -298,7 +298,6 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
         (("c.yaml", "file: friday.csv", "file: sunday.csv"), &["c.yaml:6:", "no file `sunday.csv`"]),
         (("c.yaml", "frame: \"2\"", "frame: \"9\""), &["c.yaml:5:", "`9`"]),
         (("c.yaml", "mass: 5", "mass: -5"), &["c.yaml:5:"]),
-        (("c.yaml", "position\n", "[position, position]\n"), &["c.yaml:3:", "names `position` twice"]),
         (("c.yaml", "file: friday.csv, ", ""), &["c.yaml:6:", "no file is named"]),
         (
             ("c.yaml", "session: friday", "session: friday, mount: [0, 0, 0]"),
@@ -364,4 +363,8 @@ fn impossible_noises_and_formats_are_refused() {
         assert!(ran.status == 2 && ran.err.contains(expected), "{instrument}: {} {}", ran.status, ran.err);
         assert!(ran.err.contains("campaign.yaml:"), "{}", ran.err);
     }
+    let kinds = text.replacen("observes: position", "observes: [position, position]", 1);
+    std::fs::write(&path, kinds).expect("written");
+    let ran = run(folder.path(), &["check", "c"]);
+    assert!(ran.status == 2 && ran.err.contains("`observes` names `position` twice"), "{}", ran.err);
 }
