@@ -8,6 +8,7 @@ use super::hypothesis::Hypothesis;
 use super::level::Support;
 use super::misfit::missed;
 use super::settings::ClaimSettings;
+use crate::effects::Family;
 use crate::math::project_off;
 
 /// What a law is measured by.
@@ -202,8 +203,11 @@ impl Compared<'_> {
         let carried = free.carried(site, &before, self.tests.noise)?;
         let share = (carried > 0.0).then(|| taken / carried)?;
         let is_enough = share >= self.forward.settings.of_site;
+        // Errors of several sites go with one load, and one that is free elsewhere takes up the law's own. With time goes none of them.
+        let is_of_time = matches!(self.hypothesis(at).family(), Family::Time | Family::Temperature);
         let beside = || self.beside_another_error(own, &before).filter(|best| *best > share);
-        Some(if is_enough || free.column(site).is_some() { share } else { beside().unwrap_or(share) })
+        let is_settled = is_enough || !is_of_time || free.column(site).is_some();
+        Some(if is_settled { share } else { beside().unwrap_or(share) })
     }
 
     /// Several directions carry errors of other sites too. The greatest share of all above the noise that a law takes of what a free

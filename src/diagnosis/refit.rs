@@ -3,7 +3,7 @@
 use super::competition::Competition;
 use super::inputs::Inputs;
 use super::linear_fit::{FittedParameter, LinearFit, entry};
-use crate::estimation::{Calibration, Settings, bounds, calibrate_as_weighed};
+use crate::estimation::{Calibration, Settings, bounds, calibrate_as_weighed, predicts_as_well};
 use crate::identifiability::Criterion;
 use crate::model::Model;
 use crate::parameter::Slot;
@@ -79,13 +79,23 @@ fn calibrated(
     if only.is_empty() {
         return None;
     }
-    let is_stated = competition.campaign.sigma.is_some();
-    let criterion = if is_stated { Criterion::Noise } else { Criterion::NoiseTimes(noise) };
-    let only = Some(only);
-    let asked = Settings { only, criterion, second_order: false, hold_far_springs: false, ..Settings::default() };
-    let found = calibrate_as_weighed(&model, &competition.campaign, &competition.held_out, &asked, &mut |_| {})
-        .ok()
-        .filter(Calibration::converged)?;
+    let fitted = |criterion: Criterion| {
+        let only = Some(only.clone());
+        let asked = Settings { only, criterion, second_order: false, hold_far_springs: false, ..Settings::default() };
+        calibrate_as_weighed(&model, &competition.campaign, &competition.held_out, &asked, &mut |_| {})
+            .ok()
+            .filter(Calibration::converged)
+    };
+    // Noise that is not stated is what is left. Holding all that a millimetre hides may predict better, and then is preferred.
+    let found = match competition.campaign.sigma {
+        Some(_) => fitted(Criterion::Noise)?,
+        None => {
+            let [coarse, fine] = [1.0, noise].map(|times| fitted(Criterion::NoiseTimes(times)));
+            let is_better =
+                coarse.as_ref().zip(fine.as_ref()).is_none_or(|(coarse, fine)| predicts_as_well(coarse, fine));
+            if is_better { coarse.or(fine) } else { fine }?
+        }
+    };
     let mut values = found.values.clone();
     let mut parameters = Vec::new();
     for ((member, start), slots) in members.iter().zip(&slots) {
