@@ -203,7 +203,8 @@ impl Compared<'_> {
         let carried = free.carried(site, &before, self.tests.noise)?;
         let share = (carried > 0.0).then(|| taken / carried)?;
         let is_enough = share >= self.forward.settings.of_site;
-        // Errors of several sites go with one load, and one that is free elsewhere takes up the law's own. With time goes none of them.
+        // Errors under load occur at several sites together, and a free error at one takes up that of another; errors of joints do
+        // not go with time.
         let is_of_time = matches!(self.hypothesis(at).family(), Family::Time | Family::Temperature);
         let beside = || self.beside_another_error(own, &before).filter(|best| *best > share);
         let is_settled = is_enough || !is_of_time || free.column(site).is_some();

@@ -79,8 +79,8 @@ impl Observation for Distance {
         row(from_anchor(point).1.dot(&by.total().displacement))
     }
 
-    /// |p|^2 - d^2 = 2 a.p - |a|^2 is linear in the anchor a, where the zero z is nought; else, with d - z for d, so is
-    /// |p|^2 - d^2 = 2 a.p - 2 z d + z^2 - |a|^2 in both. Lengths below nought have a zero for certain.
+    /// |p|^2 - d^2 = 2 a.p - |a|^2 is linear in the anchor a, where there is no zero z; with d - z for d, so is
+    /// |p|^2 - d^2 = 2 a.p - 2 z d + z^2 - |a|^2 in both. Lengths below zero certainly have one.
     fn target_start(&self, read: &[MeasuredPoint]) -> Option<TargetValues> {
         if read.iter().any(|point| point.measured[0] <= 0.0) {
             return anchor_and_zero(read);

@@ -64,7 +64,7 @@ fn digits(value: f64) -> String {
     match value.abs() {
         size if size >= 99.95 => format!("{value:.0}"),
         size if size >= 9.995 => format!("{value:.1}"),
-        // Two digits of what is small, as far as it is not nought.
+        // Small errors with two digits; below 5e-7 it is rounding.
         size if size < 0.0995 && size > 5e-7 => {
             format!("{value:.0$}", (1.0 - size.log10().floor()).max(2.0) as usize)
         }

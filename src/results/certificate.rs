@@ -189,9 +189,7 @@ impl Certificate {
             command,
         }
     }
-}
 
-impl Certificate {
     /// Withdraws a pass where something casts doubt on the figures.
     pub fn doubted(&mut self, doubts: &[Diagnostic]) {
         if let (Some(Verdict::Pass), Some(first)) = (self.verdict, doubts.first()) {

@@ -10,6 +10,7 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{hold, joints, movement, nothing_elastic, units_with, wrench};
 use crate::compensation::{Desired, Hold, Refusal};
+use crate::description::campaign::{LoadPoint, Reading};
 use crate::description::path::Path;
 use crate::description::units::Units;
 use crate::description::validity::State;
@@ -44,10 +45,11 @@ pub fn run(command: &PlaceOf, session: &Session) -> Result<Output, Error> {
             "leave the column out, and declare `tool: {frame: .., at: ..}` where the marker is",
         ));
     }
-    if path.campaign.readings.iter().any(|reading| reading.payload.is_some()) {
+    let is_of_point = |reading: &Reading| reading.payload.is_some() || reading.load_point != LoadPoint::Measured;
+    if path.campaign.readings.iter().any(is_of_point) {
         return Err(Error::input(
-            "the path has a column `payload`, and bodies that the tool carries are not placed with it",
-            "leave the column out, and declare the body under `masses:`, on the tool's frame",
+            "the path has a column `payload` or `load_point`, which `place` does not count",
+            "leave it out: declare what the tool carries under `bodies:`, and give wrenches at the tool centre point",
         ));
     }
     let mut diagnostics = loaded.diagnostics.clone();

@@ -237,7 +237,7 @@ fn untouched(campaign: &Campaign, locate: Locate) -> Option<Diagnostic> {
     let names: Vec<String> = targets.iter().map(|&target| format!("`{}`", campaign.targets[target].name)).collect();
     let (verb, what) = if names.len() == 1 { ("is", "it") } else { ("are", "them") };
     let message =
-        format!("{} {verb} touched in no row: the distances and angles to {what} tell nothing", names.join(", "));
+        format!("{} {verb} touched in no row: the distances and angles to {what} do not count", names.join(", "));
     let diagnostic = Diagnostic::warning(message).at(locate(&["contacts", &first.member.0]));
     Some(diagnostic.remedy("touch each contact in every placement, if its distances are to count there"))
 }

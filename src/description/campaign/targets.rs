@@ -70,8 +70,8 @@ pub struct Constraint {
 }
 
 impl Constraint {
-    /// Those of `declared` that say something of readings: all that they constrain is known, or told by readings of the targets. One to a
-    /// contact that is not touched says no more than where that contact is.
+    /// Those of `declared` that hold: every value that they constrain is known, or determined by readings of the targets. One to a
+    /// contact that is not touched says only where that contact is.
     pub fn held(declared: &[Self], targets: &[Target], readings: &[Reading]) -> Vec<Self> {
         let is_read = |target: usize| {
             let column = targets[target].column;
@@ -80,11 +80,11 @@ impl Constraint {
                 .any(|r| r.target == Some(target) && r.observes.target_column().is_none_or(|of| of == column))
         };
         let read = (0..targets.len()).filter(|&target| is_read(target)).flat_map(|target| &targets[target].values);
-        let told: HashSet<&String> = read.filter_map(|value| value.parameter.as_ref()).collect();
-        let is_told = |value: &TargetValue| value.parameter.as_ref().is_none_or(|name| told.contains(name));
+        let determined: HashSet<&String> = read.filter_map(|value| value.parameter.as_ref()).collect();
+        let is_determined = |value: &TargetValue| value.parameter.as_ref().is_none_or(|name| determined.contains(name));
         let is_held = |constraint: &&Self| {
             let count = if constraint.between == Between::Faces { 4 } else { 3 };
-            constraint.targets.iter().all(|&target| targets[target].values.iter().take(count).all(is_told))
+            constraint.targets.iter().all(|&target| targets[target].values.iter().take(count).all(is_determined))
         };
         declared.iter().filter(is_held).copied().collect()
     }
