@@ -62,10 +62,13 @@ pub fn conclude(
     let is_open = verdict != Verdict::NoGap || outliers.is_some();
     let entered = if with_outliers.is_some() { 0 } else { causes.len() };
     causes.splice(entered..entered, outliers.map(|outliers| outliers.cause));
-    let (rejected, rms_with_none) = rejected(&selector, members);
+    let (rejected, rms_with_none) = rejected(&selector, members, &rivals);
     progress("proposing configurations");
     let is_asked = settings.propose && is_open;
     let next_poses = if is_asked { next_poses(inputs, competition, members, &rivals) } else { Vec::new() };
+    if next_poses.is_empty() {
+        causes.iter_mut().filter(|cause| cause.remedy == TELL_APART).for_each(|cause| cause.remedy = OTHER_KINDS);
+    }
     let evidence = evidence(competition);
     let is_closed = verdict == Verdict::NoGap;
     let verdict = if is_closed { without_causes(inputs, competition, &gap, evidence, is_open) } else { verdict };
@@ -134,6 +137,9 @@ fn without_causes(
     }
 }
 
+/// Share of what is above the noise from which a free curve carries most of it.
+const MOST_OF_REST: f64 = 0.5;
+
 /// What the causes leave above the noise (m), and the free curve that would take most of it away.
 fn rest(
     competition: &Competition,
@@ -148,7 +154,12 @@ fn rest(
     let is_curve = |h: usize| hypotheses[h].is_free() && hypotheses[h].level() == Level::Site;
     let free = (0..hypotheses.len()).filter(|&h| is_curve(h) && gains[h].directions > 0);
     let best = free.max_by(|&a, &b| per_direction(a).total_cmp(&per_direction(b)));
-    let best = best.filter(|&h| !selector.is_chance(gains[h])).map(|h| &hypotheses[h]);
+    // It names the site only where it carries most of what is above the noise.
+    let left = selector.fit(members);
+    let of_noise = (noise / selector.projection.problem.error_of_one_sigma()).powi(2);
+    let above = left.squares - of_noise * (selector.projection.freedom - left.directions as f64);
+    let is_most = |&h: &usize| !selector.is_chance(gains[h]) && gains[h].squares > MOST_OF_REST * above;
+    let best = best.filter(is_most).map(|h| &hypotheses[h]);
     Rest {
         rms: (after * after - noise * noise).max(0.0).sqrt(),
         site: best.map(|hypothesis| hypothesis.site.name.clone()),
@@ -215,6 +226,9 @@ fn location(inputs: &Inputs, competition: &Competition, gap: &Gap, noise: f64) -
 /// What to do about a site or a family of which no law is known.
 const TELL_APART: &str =
     "measure where the nearest laws differ (`next_poses`) before anything is changed on the machine";
+
+/// The same where no configuration tells them apart.
+const OTHER_KINDS: &str = "read something else before anything is changed on the machine: a marker on another body, an indicator at the joint, a reflector on the base";
 
 /// The causes with what their figures are made from.
 struct Explanation<'a> {

@@ -8,7 +8,7 @@ use super::competition::Competition;
 use super::conclusion::conclude;
 use super::inputs::Inputs;
 use super::level::Level;
-use super::outliers::{are_of_one_place, outliers, stand_apart};
+use super::outliers::{are_of_one_move, are_of_one_place, outliers, stand_apart};
 use super::result::{Diagnosis, Verdict};
 use super::settings::Settings;
 use crate::description::campaign::{Campaign, Reading};
@@ -149,7 +149,7 @@ fn without_outliers(
         if found == marked {
             break;
         }
-        if are_of_one_place(inputs, &competition, &found)? {
+        if are_of_one_move(inputs.campaign, &found) || are_of_one_place(inputs, &competition, &found)? {
             // Nothing is wrong with them: the robot itself is off there.
             if marked.contains(&true) {
                 competition = Competition::new(inputs, &none, progress)?;

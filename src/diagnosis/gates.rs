@@ -9,7 +9,7 @@ use super::level::Support;
 use super::misfit::missed;
 use super::settings::ClaimSettings;
 use crate::effects::Family;
-use crate::math::project_off;
+use crate::math::{least_squares, project_off};
 
 /// What a law is measured by.
 #[derive(Debug, Clone, Copy)]
@@ -17,7 +17,7 @@ pub struct Gates {
     pub of_free: Option<f64>,
     pub elsewhere: Option<f64>,
     /// Whether a free curve anywhere, an amount of each marker's own, one that changes along a joint, or an error at a few of its
-    /// angles, is certainly better, and by much.
+    /// angles, is certainly better, and by much; or other causes cancel it.
     pub is_beaten: bool,
     /// Whether it has another shape at its site.
     pub is_of_other_shape: bool,
@@ -78,7 +78,7 @@ impl Compared<'_> {
             }
         }
         let (of_site, is_in_limit) = (self.of_site(at), self.is_in_limit(at));
-        let is_beaten = is_beaten || self.is_lost_elsewhere(at);
+        let is_beaten = is_beaten || self.is_cancelled(at) || self.is_lost_elsewhere(at);
         let is_of_other_shape = !is_beaten && self.is_of_other_shape(at);
         Gates { of_free, is_beaten, is_of_other_shape, elsewhere, of_site, is_in_limit, missed: self.missed(at) }
     }
@@ -148,6 +148,21 @@ impl Compared<'_> {
         let problem = self.forward.problem;
         let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
         (self.forward.settings.paired_t * self.tests.noise).powi(2) * per_pose
+    }
+
+    /// Whether a law alone would do much more than there is to explain, and the other causes take most of it back: the readings show what
+    /// they leave of one another, and neither.
+    fn is_cancelled(&self, at: usize) -> bool {
+        if self.others.is_empty() {
+            return false;
+        }
+        let alone = Additions::new(&self.forward.selector.projection, &[], &[self.sets[at].clone()]);
+        let (own, residual) = (&alone.candidates[0], &self.forward.problem.residual);
+        let all = project_off(residual, &alone.basis).norm_squared();
+        let off = |column: DVectorView<f64>| project_off(&column.into_owned(), &self.additions.basis);
+        let unlike_others = DMatrix::from_columns(&own.column_iter().map(off).collect::<Vec<_>>());
+        let amounts = least_squares(&unlike_others, &project_off(residual, &self.additions.basis));
+        amounts.norm_squared() > self.forward.settings.cancelled.powi(2) * all
     }
 
     /// Whether amounts that each marker has for itself do certainly better, and by much: then it is not the robot that moves.

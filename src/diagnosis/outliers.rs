@@ -15,9 +15,10 @@ use super::refit::with_nuisance;
 use super::result::{Cause, CauseParameter, Shrinkage};
 use super::settings::OutlierSettings;
 use super::windows::{self, LEAST};
+use crate::description::campaign::Campaign;
 use crate::effects::Family;
 use crate::estimation::{CalibrationError, errors_of};
-use crate::math::{least_squares, median};
+use crate::math::{distinct, least_squares, median};
 use crate::prediction::{Linearised, Predictor};
 
 /// Median absolute deviation of normal noise, to its sigma.
@@ -89,6 +90,43 @@ pub fn are_of_one_place(inputs: &Inputs, competition: &Competition, marked: &[bo
         are = poses.iter().filter(falls).count() >= most.max(LEAST);
     });
     Ok(are)
+}
+
+/// Readings at an end of the campaign, at least, that are no outliers where nearly all of them are marked: two or three may be chance.
+const LEAST_AT_END: usize = 5;
+/// Share of them that is marked, and share of all that is marked among them, at least. Outliers have neither; what moved has both, but for readings
+/// next to the moment at which it did and for displacements across what is read. A judgement.
+const NEARLY_ALL: f64 = 0.9;
+
+/// Whether the marked readings are those of one marker, or all, from one reading on or up to one, in the order of measurement: it was moved, and nothing is wrong with
+/// them.
+pub fn are_of_one_move(campaign: &Campaign, marked: &[bool]) -> bool {
+    let all = marked.iter().filter(|marked| **marked).count();
+    let markers = distinct(campaign.readings.iter().map(|reading| reading.marker));
+    let of_one = markers.iter().map(|marker| Some(*marker)).filter(|_| markers.len() > 1);
+    std::iter::once(None).chain(of_one).any(|marker| {
+        let is_own = |index: &usize| marker.is_none_or(|own| campaign.readings[*index].marker == own);
+        let mut own: Vec<usize> = (0..campaign.readings.len()).filter(is_own).collect();
+        own.sort_by(|&a, &b| campaign.rank(a).total_cmp(&campaign.rank(b)));
+        let ends = |order: &[usize]| {
+            let is_marked = order.iter().map(|index| usize::from(marked.get(*index) == Some(&true)));
+            let counts = is_marked.scan(0, |count, marked| {
+                *count += marked;
+                Some(*count)
+            });
+            counts.enumerate().any(|(before, count)| {
+                let (count, length) = (count as f64, before + 1);
+                let is_rest = length < order.len();
+                is_rest
+                    && length >= LEAST_AT_END
+                    && count >= NEARLY_ALL * length as f64
+                    && count >= NEARLY_ALL * all as f64
+            })
+        };
+        let from_start = ends(&own);
+        own.reverse();
+        from_start || ends(&own)
+    })
 }
 
 /// Weighted residuals, nuisance and members fitted to the readings that are not marked; and the rows of these.

@@ -63,7 +63,8 @@ fn rivals_of(selector: &Selector, fit: &Subset, at: usize, per_pose: f64, settin
 
 /// Hypotheses that were not selected, each effect at each site in its best variant, with it alone. And what no effect at
 /// all leaves: root mean square errors (m) of all readings, by degree of freedom.
-pub fn rejected(selector: &Selector, members: &[usize]) -> (Vec<Rejected>, f64) {
+/// `tied` are the rivals of the members.
+pub fn rejected(selector: &Selector, members: &[usize], tied: &[Vec<Rival>]) -> (Vec<Rejected>, f64) {
     let problem = selector.projection.problem;
     let gains = selector.gains(&[]);
     let is_member = |h: usize| members.iter().any(|&m| problem.hypotheses[m].is_same(&problem.hypotheses[h]));
@@ -72,6 +73,9 @@ pub fn rejected(selector: &Selector, members: &[usize]) -> (Vec<Rejected>, f64) 
     let mut best = best_variants(&problem.hypotheses, candidates);
     best.sort_by(|a, b| b.1.total_cmp(&a.1));
     let (size, squares) = (problem.error_of_one_sigma(), selector.projection.squares());
+    let is_tied = |h: usize| {
+        tied.iter().flatten().any(|rival| problem.hypotheses[rival.hypothesis].is_same(&problem.hypotheses[h]))
+    };
     let left = |gain: f64| ((squares - gain).max(0.0) / selector.projection.freedom).sqrt() * size;
     let rejected = best.into_iter().map(|(h, gain)| {
         let EffectAtSite { effect, site } = problem.hypotheses[h].named();
@@ -83,6 +87,8 @@ pub fn rejected(selector: &Selector, members: &[usize]) -> (Vec<Rejected>, f64) 
             "it explains most of the gap, and whether it is its law is not certain"
         } else if members.is_empty() {
             "it explains a part, and most of the gap stays"
+        } else if is_tied(h) {
+            "these readings do not tell it from a cause"
         } else {
             "the causes found do better"
         };

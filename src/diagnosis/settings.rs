@@ -180,6 +180,10 @@ pub struct ClaimSettings {
     /// Where no law is as likely as this, by `odds`, none is named, and curves stand at their sites. In workshops of seeds 71 to 73 that
     /// takes false names of causes in no catalogue from 12 to 5 of 90, and costs 1 of 80 single causes and 3 of 56 mixtures.
     pub least_probability: f64,
+    /// Error that a cause makes by itself over the whole gap, beyond what is calibrated with it, above which another one that cancels it is all
+    /// that holds it: none of both is named. Causes that are there add up to the gap, and one is larger than it only by what others
+    /// take back; twice is a judgement.
+    pub cancelled: f64,
     /// Seed of folds, halves and flips.
     pub seed: u64,
     /// Probability of chance over all hypotheses below which something shows, by flipped signs; and the flips.
@@ -212,6 +216,7 @@ impl Default for ClaimSettings {
             near_curve: 0.98,
             odds: [-0.9, 1.7, 1.45],
             least_probability: 0.6,
+            cancelled: 2.0,
             seed: 1,
             chance: 0.01,
             flips: 499,

@@ -51,14 +51,16 @@ pub fn not_tried(model: &Model, survey: &Survey, hypotheses: &[Hypothesis], know
     untried.map(of).collect()
 }
 
-/// Takes out the hypotheses that the base moved with time, where fixed reflectors moved by much less than a gap (m): all of them where the
+/// Takes out the hypotheses that the base moved with time or temperature, where fixed reflectors moved by much less than a gap (m): all of them where the
 /// reflectors moved by no more than noise, or where `is_fixed`.
 pub fn excluded(campaign: &Campaign, gap: f64, is_fixed: bool, hypotheses: &mut Vec<Hypothesis>) -> Vec<Excluded> {
     let motion = reference_noise(&campaign.references).and_then(|seen| seen.motion);
     let is_still = |motion: &Motion| motion.rms < OF_GAP * gap && (is_fixed || motion.p > CHANCE);
     let Some(motion) = motion.filter(is_still) else { return Vec::new() };
     let [rms, greatest, gap] = [motion.rms, motion.greatest, gap].map(|length| 1e3 * length);
-    let by = format!("fixed reflectors moved by {rms:.4} mm (rms, at most {greatest:.4} mm); the gap is {gap:.4} mm");
+    let how = if motion.p > CHANCE { "as their scatter allows, by" } else { "by" };
+    let by =
+        format!("fixed reflectors moved {how} {rms:.4} mm (rms, at most {greatest:.4} mm); the gap is {gap:.4} mm");
     let mut found: Vec<Excluded> = Vec::new();
     for hypothesis in hypotheses.iter().filter(|hypothesis| moves_base(hypothesis)) {
         let EffectAtSite { effect, site } = hypothesis.named();
@@ -94,7 +96,7 @@ pub fn moves_too_far(campaign: &Campaign, problem: &LinearProblem, claims: &[Cla
     motion.rms < OF_GAP * gap * moved.norm() / problem.residual.norm()
 }
 
-/// Whether a hypothesis has the base move with time.
+/// Whether a hypothesis has the base move with time, or with temperature: fixed reflectors would have moved too.
 fn moves_base(hypothesis: &Hypothesis) -> bool {
-    hypothesis.site.kind == SiteKind::Base && hypothesis.family() == Family::Time
+    hypothesis.site.kind == SiteKind::Base && matches!(hypothesis.family(), Family::Time | Family::Temperature)
 }

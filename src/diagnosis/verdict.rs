@@ -73,6 +73,9 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
         }
         steps.pop();
     }
+    if let Some(members) = without_the_idle(competition, &steps, &|members| step(members).left.rms) {
+        steps = (0..=members.len()).map(|count| step(&members[..count])).collect();
+    }
     let [before, after] = [steps.first(), steps.last()].map(|step| step.map_or(0.0, variance));
     let is_stated = competition.campaign.sigma.is_some() && competition.campaign.noise_origin == NoiseOrigin::Stated;
     let noise_source = match competition.noise {
@@ -93,6 +96,53 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
         _ => Verdict::PartlyExplained,
     };
     Judgement { steps, verdict, noise, noise_source }
+}
+
+/// The causes without those that leave more of unseen readings than the others do alone, in an order in which each one takes something away,
+/// where there is one; `None` where the steps are so already. What is reported as one cause stays together.
+fn without_the_idle(competition: &Competition, steps: &[Step], left: &dyn Fn(&[usize]) -> f64) -> Option<Vec<usize>> {
+    let is_worse = |pair: &[Step]| pair[1].left.rms > pair[0].left.rms;
+    if !steps.windows(2).any(is_worse) {
+        return None;
+    }
+    let mut causes = together(competition, &steps.last()?.subset.members);
+    while causes.len() > 1 {
+        let all = left(&causes.concat());
+        let without = |at: usize| {
+            let others: Vec<usize> = (0..causes.len()).filter(|&k| k != at).flat_map(|k| causes[k].clone()).collect();
+            (left(&others), at)
+        };
+        let least = (0..causes.len()).map(without).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        if least.0 > all {
+            break;
+        }
+        causes.remove(least.1);
+    }
+    let mut members: Vec<usize> = Vec::new();
+    while !causes.is_empty() {
+        let with = |at: usize| (left(&[members.as_slice(), causes[at].as_slice()].concat()), at);
+        let (_, at) = (0..causes.len()).map(with).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        members.extend(causes.remove(at));
+    }
+    Some(members)
+}
+
+/// Members by what is reported as one cause.
+fn together(competition: &Competition, members: &[usize]) -> Vec<Vec<usize>> {
+    let claim = |member: usize| competition.claims.iter().find(|claim| claim.hypothesis == member);
+    let hypotheses = &competition.problem.hypotheses;
+    let mut causes: Vec<Vec<usize>> = Vec::new();
+    for &member in members {
+        let is_part = |cause: &&mut Vec<usize>| {
+            let first = cause.first().and_then(|&first| claim(first));
+            claim(member).zip(first).is_some_and(|(own, first)| own.is_one_with(first, hypotheses))
+        };
+        match causes.last_mut().filter(is_part) {
+            Some(cause) => cause.push(member),
+            None => causes.push(vec![member]),
+        }
+    }
+    causes
 }
 
 /// Whether the 95 % interval of what all causes take away, on readings that were not fitted, excludes nothing.

@@ -24,6 +24,10 @@ pub struct Law {
     pub nonlinear: &'static [&'static NonlinearParameter],
     pub is_of_the_measurement: bool,
     pub is_free_form: bool,
+    /// Whether it comes again in every session, although it goes with time.
+    pub recurs: bool,
+    /// As [`Effect::remains`].
+    pub remains: Option<&'static str>,
     /// Whether it is the same with and without an applied load, so that a difference of the two does not show it.
     pub cancels_in_differences: bool,
     pub sites: Option<fn(&Model) -> Vec<Site>>,
@@ -53,6 +57,8 @@ impl Law {
         nonlinear: &[],
         is_of_the_measurement: false,
         is_free_form: false,
+        recurs: false,
+        remains: None,
         cancels_in_differences: false,
         sites: None,
         misplaced: |_, _| None,
@@ -112,6 +118,14 @@ impl Effect for &'static Law {
 
     fn is_of_the_measurement(&self, site: &Site) -> bool {
         self.is_of_the_measurement || site.kind == SiteKind::Instrument
+    }
+
+    fn recurs(&self) -> bool {
+        self.recurs
+    }
+
+    fn remains(&self) -> Option<&'static str> {
+        self.remains
     }
 
     fn family(&self, nonlinear: &Nonlinear) -> Family {

@@ -49,7 +49,7 @@ use law::Law;
 impl Catalogue {
     /// The effects of `docs/effects.md`, in its order.
     pub fn standard() -> Self {
-        let laws: [&'static Law; 34] = [
+        let laws: [&'static Law; 35] = [
             &geometry::LAW,
             &joint_offset::LAW,
             &gear_ratio::LAW,
@@ -63,6 +63,7 @@ impl Catalogue {
             &hysteresis::LAW,
             &slip::JOINT,
             &slip::TOOL,
+            &slip::MARKER,
             &joint_compliance::LAW,
             &joint_stiffening::LAW,
             &bearing_compliance::LAW,

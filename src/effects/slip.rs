@@ -1,5 +1,5 @@
-//! `joint-slip`, `tool-slip`: a joint or the tool sits elsewhere from one moment on (a belt that jumped a tooth, a gripper or
-//! marker that was knocked). The base's is the jump of `frame-drift`.
+//! `joint-slip`, `tool-slip`, `marker-slip`: a joint, the tool or one of several markers sits elsewhere from one moment on (a belt that jumped
+//! a tooth, a gripper or reflector that was knocked). The base's is the jump of `frame-drift`.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use super::frame_drift::jumps;
 use super::law::{Law, nothing, tool_moves};
 use crate::model::{
     Change, Changes, Condition, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
-    ReadingContext, SiteKind,
+    ReadingContext, SiteKind, Survey,
 };
 
 static SLIP_AT: NonlinearParameter = NonlinearParameter {
@@ -20,11 +20,14 @@ static SLIP_AT: NonlinearParameter = NonlinearParameter {
 
 /// Most times that are tried: readings between the true one and the nearest tried are outliers to the law.
 const MOST_TIMES: usize = 60;
+/// Most times of all markers together: more would crowd out other hypotheses.
+const MOST_OF_MARKERS: usize = 240;
 
 /// A joint's zero.
 pub(super) static JOINT: Law = Law {
     name: "joint-slip",
     sits_at: SiteKind::Joint,
+    remains: Some("joint-offset"),
     signature: "an angle of one joint that jumps at one time and stays",
     remedy: "look at belt, coupling and encoder of the joint; master it anew",
     parameters: Some(|model, site, _| {
@@ -45,20 +48,53 @@ pub(super) static TOOL: Law = Law {
     signature: "the tool's point jumps at one time and stays, with the tool",
     remedy: "fasten tool and markers; measure the tool anew",
     is_of_the_measurement: true,
-    parameters: Some(|_, _, _| ["x", "y", "z"].map(|symbol| EffectParameter::new(symbol, "m", 1e-4)).to_vec()),
+    parameters: Some(|_, _, _| displacement()),
     changes: |_, _, nonlinear| after(nonlinear, |context, amount, out| tool_moves(context, amount, 0, out)),
     ..SLIP
 };
+
+/// One marker of several, in the axes of the body that carries it. Of one marker alone it is that of the tool.
+pub(super) static MARKER: Law = Law {
+    name: "marker-slip",
+    sits_at: SiteKind::Marker,
+    signature: "readings of one marker jump at one time and stay, with its body",
+    remedy: "fasten the marker; name sessions before and after, or leave out its readings from then on",
+    is_of_the_measurement: true,
+    candidates: |_, site, survey| {
+        let is_one_of_several =
+            survey.markers.len() > 1 && site.marker.is_some_and(|own| survey.markers.contains(&own));
+        let most = MOST_TIMES.min(MOST_OF_MARKERS / survey.markers.len().max(1));
+        if is_one_of_several { at_times(survey, most) } else { Vec::new() }
+    },
+    parameters: Some(|_, _, _| displacement()),
+    changes: |_, site, nonlinear| {
+        let own = site.marker;
+        after(nonlinear, move |context, amount, out| {
+            if own.is_some() && context.marker == own {
+                tool_moves(context, amount, 0, out);
+            }
+        })
+    },
+    ..SLIP
+};
+
+/// Parameters of a displacement in axes of a body.
+fn displacement() -> Vec<EffectParameter> {
+    ["x", "y", "z"].map(|symbol| EffectParameter::new(symbol, "m", 1e-4)).to_vec()
+}
 
 const SLIP: Law = Law {
     reads: &[Condition::Time],
     nonlinear: &[&SLIP_AT],
     cancels_in_differences: true,
-    candidates: |_, _, survey| {
-        jumps(survey, MOST_TIMES).map(|at| Nonlinear::new([(&SLIP_AT, NonlinearValue::Real(at))])).collect()
-    },
+    candidates: |_, _, survey| at_times(survey, MOST_TIMES),
     ..Law::NOTHING
 };
+
+/// Slips at no more than so many times.
+fn at_times(survey: &Survey, most: usize) -> Vec<Nonlinear> {
+    jumps(survey, most).map(|at| Nonlinear::new([(&SLIP_AT, NonlinearValue::Real(at))])).collect()
+}
 
 /// What one unit changes from the time of the slip on, given 0 before and 1 after.
 fn after(

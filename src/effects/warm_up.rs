@@ -38,6 +38,7 @@ const SHARES: [f64; 3] = [0.05, 0.15, 0.4];
 pub(super) static LINK: Law = Law {
     name: "link-warm-up",
     sits_at: SiteKind::Link,
+    recurs: true,
     signature: "a link grows fast after the start and slowly later",
     candidates: |model, site, survey| {
         if lengths(model, site).is_empty() { Vec::new() } else { candidates(survey) }
@@ -70,6 +71,7 @@ pub(super) static BASE: Law = Law {
 pub(super) static TOOL: Law = Law {
     name: "tool-warm-up",
     sits_at: SiteKind::Tool,
+    recurs: true,
     signature: "the tool's point moves fast after the start and slowly later, with the tool",
     parameters: Some(|_, _, _| ["x", "y", "z"].map(|symbol| EffectParameter::new(symbol, "m", 1e-4)).to_vec()),
     changes: |_, _, nonlinear| warming(nonlinear, |context, amount, out| tool_moves(context, amount, 0, out)),

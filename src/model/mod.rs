@@ -104,6 +104,14 @@ pub trait Effect: Send + Sync {
     fn is_of_the_measurement(&self, site: &Site) -> bool {
         site.kind == SiteKind::Instrument
     }
+    /// Whether it comes again in every session, where it goes with time: a robot that warms up does.
+    fn recurs(&self) -> bool {
+        false
+    }
+    /// Name of the effect, at the same site, that it is from its end on: a joint that slipped stays where it is.
+    fn remains(&self) -> Option<&'static str> {
+        None
+    }
     /// What kind of thing it is, with these nonlinear values; by default by what it reads and where it sits.
     fn family(&self, _nonlinear: &Nonlinear) -> Family {
         Family::by_default(self.reads(), self.sits_at())
@@ -381,6 +389,18 @@ impl Model {
     pub fn completed(&self, values: &[f64]) -> Vec<f64> {
         let added = self.registry.all().iter().skip(values.len()).map(|parameter| parameter.nominal);
         values.iter().copied().chain(added).collect()
+    }
+
+    /// Values with the constants shifted by the effects that are nothing but such shifts: those at which the structure deflects.
+    #[must_use]
+    pub fn shifted(&self, values: &[f64]) -> Vec<f64> {
+        let mut shifted = values.to_vec();
+        for (slot, amount) in self.effects.iter().flat_map(|on| &on.shifts) {
+            if let Some(value) = shifted.get_mut(*slot) {
+                *value += amount;
+            }
+        }
+        shifted
     }
 
     /// Slots of the geometry that the description's rule frees.

@@ -20,6 +20,7 @@ pub(super) const AXIS: Direction = Direction {
         let level = elevation.cos();
         Vector3::new(level * azimuth.cos(), level * azimuth.sin(), elevation.sin())
     },
+    in_angles: |axis| [axis.y.atan2(axis.x), axis.z.clamp(-1.0, 1.0).asin()],
     residuals: "directions",
     depends_on: "the axes of the tool",
     fault: "axis.x, axis.y, axis.z are all zero, and give no direction",

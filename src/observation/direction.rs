@@ -19,6 +19,8 @@ pub(super) struct Direction {
     /// Columns of two angles, and the vector that they say.
     pub angles: &'static [ValueColumn; 2],
     pub of_angles: fn([f64; 2]) -> Vector3<f64>,
+    /// The angles of a unit vector.
+    pub in_angles: fn(&Vector3<f64>) -> [f64; 2],
     /// Residuals in reports.
     pub residuals: &'static str,
     /// As [`Observation::depends_on`].
@@ -116,6 +118,10 @@ impl Observation for Direction {
 
     fn of_other_columns(&self, read: &[f64]) -> Rows {
         rows_of(&(self.of_angles)([0, 1].map(|k| read.get(k).copied().unwrap_or(0.0))))
+    }
+
+    fn in_other_columns(&self, measured: &Rows) -> Option<[f64; 2]> {
+        read(measured).try_normalize(LEAST).map(|along| (self.in_angles)(&along))
     }
 
     fn rows(&self) -> usize {

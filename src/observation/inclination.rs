@@ -40,6 +40,7 @@ pub(super) const INCLINATION: Direction = Direction {
     angles: &[ValueColumn::angle("pitch"), ValueColumn::angle("roll")],
     // The body's rotation from level is Rz(any) Ry(pitch) Rx(roll), z upwards; gravity points down.
     of_angles: |[pitch, roll]| Vector3::new(pitch.sin(), -pitch.cos() * roll.sin(), -pitch.cos() * roll.cos()),
+    in_angles: |down| [down.x.clamp(-1.0, 1.0).asin(), (-down.y).atan2(-down.z)],
     residuals: "inclinations",
     depends_on: "the body that carries the inclinometer (`body`), how it is mounted there (`mount`), gravity",
     fault: "gx, gy, gz are all zero, and give no direction",

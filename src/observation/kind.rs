@@ -234,6 +234,11 @@ pub trait Observation: Sync {
         [0.0; MOST_ROWS]
     }
 
+    /// The values of [`Observation::other_columns`] that mean what was measured, where a file may have them.
+    fn in_other_columns(&self, _measured: &Rows) -> Option<[f64; 2]> {
+        None
+    }
+
     /// The kind that a reading is where its file has all columns of that kind: it has those of this kind, and more.
     fn with_more_columns(&self) -> Option<&'static dyn Observation> {
         None

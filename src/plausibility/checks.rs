@@ -24,7 +24,7 @@ pub struct Check {
 /// All checks, in the order in which they speak.
 pub const CHECKS: &[Check] = &[
     Check {
-        codes: &[Code::UnlikeDescription, Code::WrongUnits, Code::Misread, Code::OutlyingReadings],
+        codes: &[Code::UnlikeDescription, Code::WrongUnits, Code::Misread, Code::OutlyingReadings, Code::Implausible],
         of_result: false,
         about: "registration leaves what tolerances and noise allow; else the files are read in other ways",
         find: readings::fit_the_description,
@@ -138,9 +138,9 @@ pub const CHECKS: &[Check] = &[
         find: other_joints::as_declared,
     },
     Check {
-        codes: &[Code::WrongUnits],
+        codes: &[Code::WrongUnits, Code::Misread],
         of_result: true,
-        about: "with the payload's mass or centre in another unit calibration leaves as much",
+        about: "with the payload's mass or centre in another unit, its centre on the other side, or two payloads exchanged, calibration leaves as much",
         find: payload::as_declared,
     },
     Check {
@@ -279,7 +279,8 @@ pub fn forced(found: Vec<Diagnostic>) -> Vec<Diagnostic> {
     found.into_iter().map(weaker).collect()
 }
 
-/// How files must be read otherwise to fit the description, where that is known: for commands that fit nothing.
+/// How files must be read otherwise to fit the description, where that is known, or that they are of another robot: for commands that
+/// fit nothing.
 pub fn misread(model: &Model, campaign: &Campaign) -> Vec<Diagnostic> {
     let limits = Limits::default();
     // A few configurations fit however they are read.
@@ -290,7 +291,8 @@ pub fn misread(model: &Model, campaign: &Campaign) -> Vec<Diagnostic> {
         return Vec::new();
     }
     let mut found = judge(&Evidence::of(model, campaign), &limits);
-    found.retain(|diagnostic| diagnostic.is_error() && matches!(diagnostic.code, Code::WrongUnits | Code::Misread));
+    let is_of_files = |code: Code| matches!(code, Code::WrongUnits | Code::Misread | Code::UnlikeDescription);
+    found.retain(|diagnostic| diagnostic.is_error() && is_of_files(diagnostic.code));
     found
 }
 

@@ -9,12 +9,12 @@ use super::springs::is_too_soft;
 use super::step::OF_MARKER;
 use crate::description::campaign::{Campaign, Reading};
 use crate::description::resolve::heaviest;
-use crate::diagnosis::{Diagnosis, NoiseSource, Verdict};
+use crate::diagnosis::{Cause, Diagnosis, NoiseSource, Verdict};
 use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::effects::Family;
 use crate::estimation::{Calibration, Settings, calibrate};
 use crate::math::quantiles::f_tail;
-use crate::model::{EffectEntry, Model};
+use crate::model::{EffectEntry, EffectParameter, Model};
 use crate::observation::Purpose;
 use crate::parameter::{Kind, Slot};
 
@@ -40,11 +40,13 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     // So it is where causes explain it.
     let is_explained =
         |diagnostic: &Diagnostic| diagnostic.code == Code::UnlikeDescription && found.verdict == Verdict::Explained;
+    // Readings after a marker slipped are far from those before.
+    let is_slip = |diagnostic: &Diagnostic| diagnostic.code == Code::OutlyingReadings && has_slipped(found);
     let about_figures = |diagnostic: &Diagnostic| {
         let is_shown = diagnostic.code.is_about_figures() || diagnostic.code == Code::DependentReadings;
         let is_own = is_shown && diagnostic.code != Code::TooLittleData;
         let is_own = is_own && !(diagnostic.code == Code::MovedMidway && is_named(diagnostic, found));
-        is_own && !is_gap(diagnostic) && !is_explained(diagnostic)
+        is_own && !is_gap(diagnostic) && !is_explained(diagnostic) && !is_slip(diagnostic)
     };
     let mut all: Vec<Diagnostic> = calibration.into_iter().flatten().filter(about_figures).collect();
     let (amount, fitted) = &found.evidence;
@@ -105,9 +107,19 @@ fn unlike_noise(found: &Diagnosis, limits: &Limits) -> Option<Diagnostic> {
     Some(diagnostic.remedy("state the noise under `instrument: {sigma: ..}`, in the campaign's units; look at signs and order of columns, loads included"))
 }
 
-/// Whether a cause goes with time: it is itself the step or drift that calibration leaves, but for one marker of several, which no cause is.
+/// Whether a cause goes with time: it is itself the step or drift that calibration leaves. One marker of several is a site of its own.
 fn is_named(step: &Diagnostic, found: &Diagnosis) -> bool {
-    !step.figures.contains_key(OF_MARKER) && found.causes.iter().any(|cause| cause.family == Family::Time)
+    let is_there = |entry: &EffectEntry| match step.figures.get(OF_MARKER) {
+        Some(marker) => entry.site.marker.is_some_and(|own| own as f64 == *marker),
+        None => entry.site.marker.is_none(),
+    };
+    let of_time = |cause: &&Cause| cause.family == Family::Time;
+    found.causes.iter().filter(of_time).any(|cause| cause.entries.iter().any(is_there))
+}
+
+/// Whether a marker is named as having moved on its body.
+fn has_slipped(found: &Diagnosis) -> bool {
+    found.causes.iter().flat_map(|cause| &cause.entries).any(|entry| entry.site.marker.is_some())
 }
 
 /// Where causes leave a gap, or readings were set aside and are not named as a cause: what forbids `identify` to write its calibration of
@@ -126,6 +138,7 @@ fn forbidden_to_identify(model: &Model, campaign: &Campaign, found: &Diagnosis, 
     let Ok(calibrated) = calibrate(model, campaign, &held_out, &asked, &mut |_| {}) else { return Vec::new() };
     let forbids = |diagnostic: &Diagnostic| match diagnostic.code {
         Code::MovedMidway => !is_named(diagnostic, found),
+        Code::OutlyingReadings if has_slipped(found) => false,
         // Of the amount the verdict has its own limits.
         Code::TooLittleData => false,
         code => code.forbids_saving(),
@@ -171,6 +184,11 @@ fn impossible(model: &Model, entry: &EffectEntry, limits: &Limits) -> Option<Dia
     if soft.is_some() {
         return soft;
     }
+    if let Some((symbol, unit, amount)) = parameters.iter().find_map(|parameter| too_warm(entry, parameter)) {
+        return Some(reported(format!(
+            "{own}: `{symbol}` is {amount:.2e} {unit}, and metals grow by 1.2e-5 to 2.4e-5 of their length with each K"
+        )));
+    }
     parameters.iter().find_map(|parameter| {
         let amount = *entry.amounts.get(&parameter.symbol)?;
         let most = match parameter.unit {
@@ -187,6 +205,22 @@ fn impossible(model: &Model, entry: &EffectEntry, limits: &Limits) -> Option<Dia
             ))
         })
     })
+}
+
+/// Greatest expansion, 1/K: ten times that of aluminium, as where the link warms ten times as much as the thermometer shows. And greatest growth of
+/// a length that warms up: that of aluminium by 100 K. Judgements.
+const MOST_EXPANSION: f64 = 2.4e-4;
+const MOST_GROWTH: f64 = 2.4e-3;
+
+/// A parameter by which a link grows more than any metal does: symbol, unit and amount.
+fn too_warm<'p>(entry: &EffectEntry, parameter: &'p EffectParameter) -> Option<(&'p str, &'static str, f64)> {
+    let amount = *entry.amounts.get(&parameter.symbol)?;
+    let most = match (entry.effect.family(&entry.nonlinear), parameter.unit) {
+        (Family::Temperature, "1/K") => MOST_EXPANSION,
+        (Family::Time, "1") => MOST_GROWTH,
+        _ => return None,
+    };
+    (amount.abs() > most).then_some((&parameter.symbol, parameter.unit, amount))
 }
 
 /// Why `identify` refuses the campaign where it calibrates the geometry that the diagnosis held: what bends constants to where no

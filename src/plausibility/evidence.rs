@@ -50,6 +50,9 @@ pub struct Limits {
     /// are tried. The sum over all constants is itself two or three times what registration leaves of a robot with such
     /// errors, because base and tool take part of them up.
     pub far: f64,
+    /// Least error of a measured position, m: laser trackers state 10 um and more, and robots repeat to 5 um at best (ISO 9283 figures of
+    /// their makers).
+    pub finest: f64,
     /// The error falls at least by this factor with a way to read the files that is named.
     pub fall: f64,
     /// What no way explains is refused beyond so many times what tolerances and noise allow, and
@@ -164,6 +167,7 @@ impl Default for Limits {
         Self {
             farthest: 100.0,
             far: 3.0,
+            finest: 2e-6,
             fall: 4.0,
             hopeless: 10.0,
             hopeless_share: 0.02,

@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use super::changes::{ROW, each, mirror, move_rows, shifted, take_back};
 use super::evidence::Limits;
 use super::reordered::{Reordered, TURNS};
+use super::sensors::SensorAngles;
 use super::turned::{Angles, Turned};
 use crate::description::campaign::{Campaign, Reading};
 use crate::math::distinct;
@@ -50,6 +51,8 @@ pub enum Hypothesis {
     /// Measured directions point the other way, of all sensors or of one target's: gravity up. With the mounting of the sensor unknown
     /// a reflection of its axes is the same.
     DirectionsReversed(Option<usize>),
+    /// The two angles of measured directions are written otherwise.
+    Sensors(SensorAngles),
     /// The wrench is that of the robot on its surroundings, not on the robot.
     Reaction,
     /// Moments of the wrench times a factor, its forces as they are.
@@ -140,6 +143,7 @@ impl Hypothesis {
         if sensors.len() > 1 {
             all.extend(sensors.into_iter().flatten().map(|target| Self::DirectionsReversed(Some(target))));
         }
+        all.extend(SensorAngles::all(campaign).map(Self::Sensors));
         if campaign.readings.iter().any(has_rotation) {
             all.extend(Turned::ALL.map(Self::Turned));
         }
@@ -227,6 +231,7 @@ impl Hypothesis {
             Self::Mirrored(axis, turns) => mirror(campaign, turns, |v| v[axis] = -v[axis]),
             Self::Exchanged(a, b, turns) => mirror(campaign, turns, |v| v.swap_rows(a, b)),
             Self::DirectionsReversed(target) => reverse(campaign, target),
+            Self::Sensors(way) => way.apply(campaign),
             Self::Reaction => multiply_wrenches(campaign, 0..6, -1.0),
             Self::Moments(factor) => multiply_wrenches(campaign, 3..6, factor),
             Self::Forces(factor) => multiply_wrenches(campaign, 0..3, factor),

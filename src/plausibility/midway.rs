@@ -2,11 +2,13 @@
 //! What calibration leaves then steps at one row: in axes of the measurement frame (the instrument), of the body that carries the
 //! marker (the marker), or by one turn or shift of a joint.
 //!
-//! Each row of the files is tried as the first one after the step, with columns that are zero before it and what moves each reading
+//! Each reading, in the order of measurement where that is known and else in that of the files, is tried as the first one after the step, with columns that are zero before it and what moves each reading
 //! from it on, fitted with all that was fitted before (the test of Quandt, *J. Am. Stat. Assoc.* 55, 1960, for a change at an
 //! unknown place; its chance is bounded by the sum over the places). Of several the one with the least information criterion is reported
 //! (Schwarz, *Ann. Statist.* 6, 1978); where the same motion, growing evenly from the first row to the last, takes more out of the
 //! residuals, it is a drift and no step.
+
+use std::cmp::Ordering;
 
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
 
@@ -40,9 +42,9 @@ pub(super) fn stands_still(evidence: &Evidence, limits: &Limits) -> Vec<Diagnost
     let Some(step) = stepped(evidence, limits, &[]) else { return Vec::new() };
     // A few readings that are simply wrong make a step of their own; after a knock all are.
     let wrong = outlying(evidence, limits).map_or_else(Vec::new, |(wrong, ..)| wrong);
-    let row = |k: usize| evidence.campaign.readings[k].row;
+    let place = |k: usize| evidence.campaign.rank(k);
     let is_of = |k: usize| !matches!(step.what, What::Marker(of) if evidence.campaign.readings[k].marker != Some(of));
-    let later = || (0..evidence.campaign.readings.len()).filter(|&k| row(k) >= row(step.at) && is_of(k));
+    let later = || (0..evidence.campaign.readings.len()).filter(|&k| place(k) >= place(step.at) && is_of(k));
     let are_some = 2 * later().filter(|k| wrong.contains(k)).count() < later().count();
     let step = if wrong.is_empty() || !are_some { Some(step) } else { stepped(evidence, limits, &wrong) };
     step.map(|step| described(evidence, &step)).into_iter().collect()
@@ -108,9 +110,9 @@ fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step
 
 /// Whether configurations before the step are of another region than those after it.
 fn is_of_a_region(fit: &Fitted, moves: &Moves, step: &Step) -> bool {
-    let row = |index: usize| fit.evidence.campaign.readings[index].row;
+    let place = |index: usize| fit.evidence.campaign.rank(index);
     let own = (0..fit.readings().len()).filter(|&k| moves.concerns(step.what, k)).map(|k| fit.reading(k));
-    apart(fit.evidence, &own.collect::<Vec<usize>>(), |index| row(index) >= row(step.at)) > APART
+    apart(fit.evidence, &own.collect::<Vec<usize>>(), |index| place(index) >= place(step.at)) > APART
 }
 
 /// What turns and shifts move the fitted readings by.
@@ -195,13 +197,17 @@ fn by_variables(fit: &Fitted, values: &[f64]) -> Option<Vec<Vector3<f64>>> {
     Some(found)
 }
 
+/// Which of two readings, by their places among the fitted ones, was taken first.
+fn in_order(fit: &Fitted, a: usize, b: usize) -> Ordering {
+    let [one, other] = [a, b].map(|k| fit.evidence.campaign.rank(fit.reading(k)));
+    one.total_cmp(&other)
+}
+
 /// The step that takes most out of the residuals.
 fn greatest<const N: usize>(fit: &Fitted, moves: &Moves, what: What) -> Option<Step> {
-    let campaign = fit.evidence.campaign;
-    // Rows of the files in their order.
     let mut order: Vec<usize> = (0..fit.readings().len()).filter(|&k| moves.concerns(what, k)).collect();
     let count = order.len();
-    order.sort_by_key(|&k| campaign.readings[fit.reading(k)].row);
+    order.sort_by(|&a, &b| in_order(fit, a, b));
     let mut sums = Sums::<N>::new(fit);
     let mut best: Option<(Step, usize, DVector<f64>, DMatrix<f64>)> = None;
     let mut behind: Vec<(usize, SMatrix<f64, 3, N>)> = Vec::with_capacity(count);
@@ -247,9 +253,8 @@ fn drift_or(step: Step, fit: &Fitted, moves: &Moves) -> Step {
 
 /// What grows evenly from the first row to the last.
 fn drifted<const N: usize>(fit: &Fitted, moves: &Moves, what: What) -> Option<Step> {
-    let campaign = fit.evidence.campaign;
     let mut order: Vec<usize> = (0..fit.readings().len()).filter(|&k| moves.concerns(what, k)).collect();
-    order.sort_by_key(|&k| campaign.readings[fit.reading(k)].row);
+    order.sort_by(|&a, &b| in_order(fit, a, b));
     let last = order.len().checked_sub(1).filter(|last| *last > 0)? as f64;
     let mut sums = Sums::<N>::new(fit);
     let all: Vec<(usize, SMatrix<f64, 3, N>)> =

@@ -28,6 +28,7 @@ mod placement;
 mod points;
 mod readings;
 mod reordered;
+mod sensors;
 mod sessions;
 mod shown;
 mod springs;

@@ -1,6 +1,6 @@
-//! What the tool carries, stated with a mass or a centre in another unit: springs take up part of it, and the rest is left.
+//! What the tool carries, stated with a mass or a centre in another unit, on the other side, or in other rows: springs take up part of it,
+//! and the rest is left.
 
-use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::evidence::{Evidence, Limits};
@@ -8,14 +8,21 @@ use super::readings::AS_GOOD;
 use super::shown::{mm, number};
 use super::trial::drawn;
 use crate::description::campaign::Campaign;
+use crate::description::elastic::Payload;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate};
 
-/// A payload that was meant instead: its mass and its centre times a factor, and what the number then is.
-struct Meant {
-    mass: f64,
-    com: f64,
-    question: &'static str,
+/// What may have been meant instead of the payloads as declared.
+#[derive(Debug, Clone, Copy)]
+enum Meant {
+    /// Their masses times a factor, and what the number then is.
+    Mass(f64, &'static str),
+    /// Their centres of mass times a factor, and what the number then is.
+    Com(f64, &'static str),
+    /// Their centres on the other side: negated along this axis, or along all.
+    Mirrored(Option<usize>),
+    /// Two of them, by index in the campaign's list, exchanged in the rows; one behind its end is none.
+    Exchanged(usize, usize),
 }
 
 /// Pound, kg.
@@ -23,45 +30,93 @@ const POUND: f64 = 0.453_592_37;
 /// Standard gravity, m/s2.
 const GRAVITY: f64 = 9.80665;
 
-/// Powers of ten, pounds and weights for masses; units of length for centres.
-const MEANT: [Meant; 12] = [
-    Meant::of_mass(0.1, "a decimal sign in another place"),
-    Meant::of_mass(10.0, "a decimal sign in another place"),
-    Meant::of_mass(1e-3, "a mass in g"),
-    Meant::of_mass(1e3, "a mass in t"),
-    Meant::of_mass(POUND, "a mass in lb"),
-    Meant::of_mass(1.0 / POUND, "a mass in kg where lb were meant"),
-    Meant::of_mass(1.0 / GRAVITY, "a weight in N"),
-    Meant::of_mass(GRAVITY, "a mass divided by gravity"),
-    Meant::of_com(10.0, "a centre in cm"),
-    Meant::of_com(0.1, "a centre in mm where cm were meant"),
-    Meant::of_com(1e3, "a centre in m"),
-    Meant::of_com(25.4, "a centre in inches"),
+/// Powers of ten, pounds and weights for masses; units of length and senses for centres.
+const MEANT: [Meant; 16] = [
+    Meant::Mass(0.1, "a decimal sign in another place"),
+    Meant::Mass(10.0, "a decimal sign in another place"),
+    Meant::Mass(1e-3, "a mass in g"),
+    Meant::Mass(1e3, "a mass in t"),
+    Meant::Mass(POUND, "a mass in lb"),
+    Meant::Mass(1.0 / POUND, "a mass in kg where lb were meant"),
+    Meant::Mass(1.0 / GRAVITY, "a weight in N"),
+    Meant::Mass(GRAVITY, "a mass divided by gravity"),
+    Meant::Com(10.0, "a centre in cm"),
+    Meant::Com(0.1, "a centre in mm where cm were meant"),
+    Meant::Com(1e3, "a centre in m"),
+    Meant::Com(25.4, "a centre in inches"),
+    Meant::Mirrored(None),
+    Meant::Mirrored(Some(0)),
+    Meant::Mirrored(Some(1)),
+    Meant::Mirrored(Some(2)),
 ];
 
+/// What to do about payloads in other rows, or with their centre on the other side.
+const ROWS: &str = "look at `payloads:` and at the column `payload`: which row carried what, and where its centre is in the tool's axes";
+
+/// Payloads up to which each two of them, and each of them and none, are exchanged.
+const MOST_EXCHANGED: usize = 4;
+
 impl Meant {
-    const fn of_mass(mass: f64, question: &'static str) -> Self {
-        Self { mass, com: 1.0, question }
+    /// All that a campaign admits.
+    fn all(campaign: &Campaign) -> Vec<Self> {
+        let carried: Vec<Payload> = campaign.readings.iter().filter_map(|reading| reading.payload).collect();
+        let is_off = |axis: usize| carried.iter().any(|payload| payload.com[axis] != 0.0);
+        let axes = (0..3).filter(|axis| is_off(*axis)).count();
+        let shows = |meant: &Self| match *meant {
+            Self::Mass(..) => carried.iter().any(|payload| payload.mass > 0.0),
+            Self::Com(..) => axes > 0,
+            // Along a single axis it is that of all.
+            Self::Mirrored(None) => axes > 0,
+            Self::Mirrored(Some(axis)) => axes > 1 && is_off(axis),
+            Self::Exchanged(..) => true,
+        };
+        let own = campaign.payloads.len();
+        // In every row the same payload is carried, or none.
+        let varies = campaign.readings.iter().any(|reading| reading.payload != campaign.readings[0].payload);
+        let most = if varies && own <= MOST_EXCHANGED { own } else { 0 };
+        let pairs = (0..most).flat_map(|a| (a + 1..=most).map(move |b| Self::Exchanged(a, b)));
+        MEANT.into_iter().filter(shows).chain(pairs).collect()
     }
 
-    const fn of_com(com: f64, question: &'static str) -> Self {
-        Self { mass: 1.0, com, question }
-    }
-
-    fn apply(&self, campaign: &Campaign) -> Campaign {
+    fn apply(self, campaign: &Campaign) -> Campaign {
         let mut meant = campaign.clone();
-        for payload in meant.readings.iter_mut().filter_map(|reading| reading.payload.as_mut()) {
-            payload.mass *= self.mass;
-            payload.com *= self.com;
+        let of = |index: usize| campaign.payloads.get(index).map(|(_, payload)| *payload);
+        for reading in &mut meant.readings {
+            match (self, &mut reading.payload) {
+                (Self::Mass(factor, _), Some(payload)) => payload.mass *= factor,
+                (Self::Com(factor, _), Some(payload)) => payload.com *= factor,
+                (Self::Mirrored(None), Some(payload)) => payload.com *= -1.0,
+                (Self::Mirrored(Some(axis)), Some(payload)) => payload.com[axis] *= -1.0,
+                (Self::Exchanged(a, b), own) if *own == of(a) => *own = of(b),
+                (Self::Exchanged(a, b), own) if *own == of(b) => *own = of(a),
+                _ => {}
+            }
         }
         meant
     }
 
-    fn with(&self) -> String {
-        match self.com {
-            1.0 => format!("the payload's mass times {}", number(self.mass)),
-            com => format!("the payload's centre of mass times {}", number(com)),
+    fn with(self, campaign: &Campaign) -> String {
+        let name = |index: usize| campaign.payloads.get(index).map_or("none", |(name, _)| name.as_str());
+        match self {
+            Self::Mass(factor, _) => format!("the payload's mass times {}", number(factor)),
+            Self::Com(factor, _) => format!("the payload's centre of mass times {}", number(factor)),
+            Self::Mirrored(None) => "the payload's centre of mass negated".into(),
+            Self::Mirrored(Some(axis)) => format!("{} of the payload's centre of mass negated", ["x", "y", "z"][axis]),
+            Self::Exchanged(a, b) => format!("the payloads `{}` and `{}` exchanged", name(a), name(b)),
         }
+    }
+
+    fn question(self) -> &'static str {
+        match self {
+            Self::Mass(_, question) | Self::Com(_, question) => question,
+            Self::Mirrored(_) => "a centre measured from the other side, or in other axes",
+            Self::Exchanged(..) => "names exchanged in the column `payload`",
+        }
+    }
+
+    /// Whether it is a matter of units.
+    fn is_unit(self) -> bool {
+        matches!(self, Self::Mass(..) | Self::Com(..))
     }
 }
 
@@ -78,11 +133,10 @@ pub(super) fn as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
         found.converged() && found.noise_ratio > limits.joints_fall && found.degrees_of_freedom >= limits.noise_freedom
     };
     let Some(found) = evidence.found.filter(is_open).filter(|_| !campaign.is_difference()) else { return Vec::new() };
-    let carried = || campaign.readings.iter().filter_map(|reading| reading.payload).filter(|own| own.mass > 0.0);
-    if campaign.sigma.is_none() || carried().next().is_none() {
+    let all = Meant::all(campaign);
+    if campaign.sigma.is_none() || all.is_empty() {
         return Vec::new();
     }
-    let is_off_centre = carried().any(|payload| payload.com != Vector3::zeros());
     let chosen = drawn(campaign, &Limits { readings: READINGS, ..*limits });
     let is_fitted = |index: usize| !found.held_out.get(index).copied().unwrap_or(false);
     let some = campaign.select(|index, reading| is_fitted(index) && chosen[reading.pose]);
@@ -98,28 +152,33 @@ pub(super) fn as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
         Some((again.converged(), again.after.fit.distance[1], again.noise_ratio))
     };
     let Some((_, here, _)) = left(&some, Some(STEPS)) else { return Vec::new() };
-    let all: Vec<&Meant> = MEANT.iter().filter(|meant| meant.com == 1.0 || is_off_centre).collect();
     let is_decisive = |(is_converged, there, ratio): &(bool, f64, f64)| {
         let is_noise = *ratio <= limits.joints_fall && here >= limits.joints_fall * there;
         *is_converged && (is_noise || here >= limits.fall * there)
     };
-    let fitted = |meant: &Meant| left(&meant.apply(&some), Some(STEPS)).filter(is_decisive);
-    let mut tried: Vec<(&Meant, f64)> =
+    let fitted = |meant: Meant| left(&meant.apply(&some), Some(STEPS)).filter(is_decisive);
+    let mut tried: Vec<(Meant, f64)> =
         all.into_par_iter().filter_map(|meant| fitted(meant).map(|(_, there, _)| (meant, there))).collect();
     tried.sort_by(|a, b| a.1.total_cmp(&b.1));
     let Some(&(best, there)) = tried.first() else { return Vec::new() };
     let alike = tried.iter().skip(1).filter(|(_, error)| *error <= AS_GOOD * there);
-    let others: String =
-        alike.map(|(meant, error)| format!("; or {} ({} mm): {}?", meant.with(), mm(*error), meant.question)).collect();
+    let with = |meant: Meant| meant.with(campaign);
+    let others: String = alike
+        .map(|(meant, error)| format!("; or {} ({} mm): {}?", with(*meant), mm(*error), meant.question()))
+        .collect();
     let message = format!(
         "with {} the error of calibration falls from {} to {} mm: {}?{others}",
-        best.with(),
+        with(best),
         mm(here),
         mm(there),
-        best.question
+        best.question()
     );
     let remedy = "look at `mass` and `com` under `payloads:`, and at `units:`; weigh what the tool carried; or are springs that are held off by \
                   as much?";
-    let diagnostic = Diagnostic::warning(message).code(Code::WrongUnits).remedy(remedy);
+    // Springs that are off stand in for another mass, and for no other rows.
+    let diagnostic = match best.is_unit() {
+        true => Diagnostic::warning(message).code(Code::WrongUnits).remedy(remedy),
+        false => Diagnostic::error(message).code(Code::Misread).remedy(ROWS),
+    };
     vec![diagnostic.figure("before_mm", 1e3 * here).figure("after_mm", 1e3 * there)]
 }

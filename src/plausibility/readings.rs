@@ -9,7 +9,7 @@ use super::outlying;
 use super::shown::{both, mm, unit_of};
 use super::trial::{Trials, errors, noise, typical};
 use super::words::{Words, words_of};
-use crate::description::campaign::NoiseOrigin;
+use crate::description::campaign::{NoiseOrigin, Reading};
 use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::math::{distinct, median};
 
@@ -57,6 +57,9 @@ fn all_together(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
         Some(residual) => typical(campaign, residual, limits),
         None => trials.error(&[]),
     };
+    if let Some(computed) = observed.and_then(|observed| computed(evidence, limits, observed)) {
+        return vec![computed];
+    }
     if observed.is_some_and(|observed| observed <= limits.far * allowed) {
         return Vec::new();
     }
@@ -165,6 +168,9 @@ fn searched(
     }
     let bound = AS_GOOD * least(&found);
     found.retain(|trial| trial.1 <= bound);
+    if let Some(single) = enough_alone(trials, &found) {
+        found = vec![single];
+    }
     // The same ways in another order are the same.
     let mut different: Vec<Trial> = Vec::new();
     for trial in found {
@@ -178,6 +184,14 @@ fn searched(
     found.sort_by_key(|(ways, _)| !ways.iter().any(|way| matches!(way, Hypothesis::DirectionsReversed(_))));
     found.truncate(SAID);
     (count, found)
+}
+
+/// One of two ways that explain the readings together, where it explains them alone once it is searched longer.
+fn enough_alone(trials: &Trials, found: &[Trial]) -> Option<Trial> {
+    let (ways, least) = found.first().filter(|(ways, _)| ways.len() == 2)?;
+    let alone = |way: &Hypothesis| Some((vec![*way], trials.error_searched_long(&[*way])?));
+    let best = ways.iter().filter_map(alone).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (best.1 <= AS_GOOD * least).then_some(best)
 }
 
 /// Single ways upon which a second one is tried.
@@ -306,6 +320,24 @@ fn severity(evidence: &Evidence, limits: &Limits, [before, allowed]: [f64; 2], t
     let explains_little = trials.still(&[]).is_some_and(|still| before * limits.fall > still);
     let is_hopeless = before > limits.hopeless * allowed && (before > limits.hopeless_share * reach || explains_little);
     if is_hopeless { Severity::Error } else { Severity::Warning }
+}
+
+/// Positions that agree with the description, before anything is calibrated, to within less than an instrument reads, its noise not
+/// stated: against a stated noise residuals are judged by [`super::stated_noise`].
+fn computed(evidence: &Evidence, limits: &Limits, observed: f64) -> Option<Diagnostic> {
+    let campaign = evidence.campaign;
+    let is_measured =
+        |own: &Reading| own.observes.measured_position(&own.measured).is_some() && !own.noise.is_stated[0];
+    if observed >= limits.finest || !campaign.readings.iter().all(is_measured) {
+        return None;
+    }
+    let message = format!(
+        "with base and tool fitted alone the description predicts these positions to {} mm (median): no instrument measures a robot so well",
+        mm(observed)
+    );
+    let remedy = "look whether they were computed, by the controller from its own model, and not measured; state the noise under \
+                  `instrument: {sigma: ..}` if they are simulated";
+    Some(Diagnostic::warning(message).code(Code::Implausible).remedy(remedy).figure("registration_mm", 1e3 * observed))
 }
 
 /// Share of the error of registration down to which calibration brings it at least, where constants are what is wrong. A judgement;

@@ -42,12 +42,13 @@ pub(super) fn described(evidence: &Evidence, step: &Step) -> Diagnostic {
     let (campaign, fall) = (evidence.campaign, step.fall);
     let address = campaign.address(&campaign.readings[step.at]);
     // Readings that were held out stand between the last fitted one before the step and the first one after it.
-    let row = |index: usize| campaign.readings[index].row;
-    let is_before = |index: &usize| row(*index) < row(step.at);
+    let place = |index: usize| campaign.rank(index);
+    let is_before = |index: &usize| place(*index) < place(step.at);
+    let later = |a: &usize, b: &usize| place(*a).total_cmp(&place(*b));
     let held_out = evidence.found.map_or(&[][..], |found| &found.held_out);
-    let last = (0..campaign.readings.len()).filter(is_before).max_by_key(|&index| row(index));
+    let last = (0..campaign.readings.len()).filter(is_before).max_by(later);
     let fitted = |index: &usize| held_out.get(*index) != Some(&true);
-    let before = (0..campaign.readings.len()).filter(is_before).filter(fitted).max_by_key(|&index| row(index));
+    let before = (0..campaign.readings.len()).filter(is_before).filter(fitted).max_by(later);
     let since = match before.filter(|_| last != before) {
         Some(before) => {
             format!("from a row after {} and up to {address}", campaign.address(&campaign.readings[before]))

@@ -59,8 +59,18 @@ impl<'a> Trials<'a> {
     /// What registration leaves (m, [`typical`]) of the readings when they are read in these ways; `None` where the robot
     /// cannot be assembled so.
     pub fn error(&self, ways: &[Hypothesis]) -> Option<f64> {
+        self.error_searched(ways, |campaign| searching(campaign, self.limits))
+    }
+
+    /// The same, searched as long as a registration that is asked for: wires and contacts of unknown places have valleys in which a
+    /// quick one stays.
+    pub fn error_searched_long(&self, ways: &[Hypothesis]) -> Option<f64> {
+        self.error_searched(ways, |_| RegistrationSettings::default())
+    }
+
+    fn error_searched(&self, ways: &[Hypothesis], settings: impl Fn(&Campaign) -> RegistrationSettings) -> Option<f64> {
         let (campaign, values) = self.read(ways);
-        let (_, residual) = registered(self.model, &campaign, &values, &searching(&campaign, self.limits)).ok()?;
+        let (_, residual) = registered(self.model, &campaign, &values, &settings(&campaign)).ok()?;
         typical(&campaign, &residual, self.limits).filter(|error| error.is_finite())
     }
 

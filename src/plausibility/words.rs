@@ -2,6 +2,7 @@
 
 use super::hypothesis::Hypothesis;
 use super::reordered::{Order, Reordered};
+use super::sensors::SensorAngles;
 use super::shown::{near, number, recorded};
 use super::turned::{Angles, Turned};
 use crate::description::campaign::Campaign;
@@ -56,6 +57,7 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
         Hypothesis::DirectionsReversed(target) => {
             directions(target.and_then(|target| campaign.targets.get(target)).map(|target| target.name.as_str()))
         }
+        Hypothesis::Sensors(way) => sensors(way, campaign),
         Hypothesis::Reaction => reaction(),
         Hypothesis::Moments(factor) => moments(factor),
         Hypothesis::Forces(factor) => forces(factor),
@@ -112,6 +114,19 @@ fn directions(target: Option<&str>) -> Words {
         "give the direction in which gravity pulls, in right-handed axes: negate gx, gy and gz, or name the columns right; look at `gravity` \
          of the description",
     )
+}
+
+/// Of the two angles of directions.
+fn sensors(way: SensorAngles, campaign: &Campaign) -> Words {
+    let [first, second] = SensorAngles::columns(campaign);
+    match way {
+        SensorAngles::Unit(meant, read) => Words::unit(
+            format!("`{first}` and `{second}` read as {}", meant.name()),
+            format!("are they in {}, and declared in {}?", meant.name(), read.name()),
+            "state the angle unit of the table under `units:` of the campaign, or convert the columns",
+        ),
+        SensorAngles::Exchanged => swapped([first, second]),
+    }
 }
 
 fn reaction() -> Words {

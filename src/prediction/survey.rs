@@ -6,6 +6,7 @@ use super::reading::undeflected_point;
 use super::terms::measured_frames;
 use crate::description::campaign::{Campaign, Reading};
 use crate::kinematics::Geometry;
+use crate::math::distinct;
 use crate::model::{Follower, Survey};
 use crate::state::{JointLoadPlan, JointLoads, Loads, Mechanics, State};
 
@@ -37,6 +38,7 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
     let conditions = &campaign.conditions;
     let temperatures = model.frames.iter().map(|frame| conditions.temperatures_at(&frame.name).and_then(varying_mean));
     survey.mean_temperatures = temperatures.collect();
+    survey.markers = distinct(campaign.readings.iter().filter_map(|reading| reading.marker));
     survey.loaded = campaign.readings.iter().any(Reading::is_loaded);
     survey.is_difference = is_difference;
     survey.knots = drivers.knots();

@@ -196,11 +196,12 @@ fn curve_text(curve: &Curve) -> String {
 fn open(found: &Diagnosis) -> String {
     let mut out = String::new();
     let rest = &found.rest;
-    if let (Some(site), Some(follows)) = (&rest.site, &rest.follows)
-        && found.verdict != Verdict::NoGap
-        && found.verdict != Verdict::Explained
-    {
-        let _ = writeln!(out, "open: {:.4} mm above the noise; most of it at {site}, going with {follows}", rest.rms);
+    if matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained) && rest.rms > 0.0 {
+        let at = match (&rest.site, &rest.follows) {
+            (Some(site), Some(follows)) => format!("most of it at {site}, going with {follows}"),
+            _ => "no curve at one site carries most of it".into(),
+        };
+        let _ = writeln!(out, "open: {:.4} mm above the noise; {at}", rest.rms);
     }
     if let Some(few) = &rest.few_angles {
         let FewAngles { site, variable, at_deg, half_width_deg, amount_deg, share } = few;

@@ -30,7 +30,7 @@ pub enum OwnWeight {
 impl OwnWeight {
     /// Of a model with its values (all slots, SI), of which own weight is `counted` or not.
     pub fn new(model: &Model, values: &[f64], counted: bool) -> Self {
-        let elastics = Elastics::new(model, values, &[]);
+        let elastics = Elastics::new(model, &model.shifted(values), &[]);
         match (elastics.is_loaded(), elastics.is_compliant(), counted) {
             (false, ..) => Self::None,
             (true, false, _) => Self::Rigid,
@@ -47,7 +47,7 @@ impl OwnWeight {
     /// Of what is predicted for a campaign's readings: absolute ones hold it, differences do not.
     pub fn of_campaign(model: &Model, values: &[f64], campaign: &Campaign) -> Self {
         let own = Self::new(model, values, !campaign.observes.is_difference());
-        if own != Self::None || !Elastics::new(model, values, &[]).is_compliant() {
+        if own != Self::None || !Elastics::new(model, &model.shifted(values), &[]).is_compliant() {
             return own;
         }
         let is_carried = |reading: &Reading| reading.payload.is_some_and(|payload| payload.mass != 0.0);

@@ -27,6 +27,7 @@ fn site(kind: SiteKind) -> (&'static str, bool) {
         SiteKind::Actuator => ("actuator", true),
         SiteKind::Base => ("base", false),
         SiteKind::Tool => ("tool", false),
+        SiteKind::Marker => ("marker", true),
         SiteKind::Instrument => ("instrument", false),
     }
 }
@@ -41,7 +42,7 @@ fn every_effect_has_its_section() {
     assert_eq!(named, names, "one section each, in the order of the catalogue");
     for (effect, section) in Catalogue::standard().iter().zip(sections) {
         let (kind, is_named) = site(effect.sits_at());
-        let name = if kind == "actuator" { "name" } else { "n" };
+        let name = if matches!(kind, "actuator" | "marker") { "name" } else { "n" };
         let said = if is_named { format!("Site: `{kind}:<{name}>`") } else { format!("Site: `{kind}`") };
         assert!(section.contains(&said), "{}: {said}", effect.name());
         for part in ["* Pattern:", "* Separate from", "* On the machine:"] {

@@ -322,21 +322,31 @@ fn a_law_keeps_its_amount_beside_a_curve_at_its_site() {
     assert!((value - share).abs() < 0.1 * share, "{value}");
 }
 
-/// What one marker alone does, the robot does not: its mount slipped, and no law of the tool or of a joint is named for it.
+/// What one marker alone does, the robot does not: its mount slipped. It is named, and no slip of the tool or of a joint. Without times
+/// no law can be, and readings that share one displacement from one row on are no outliers.
 #[test]
-fn a_marker_that_slips_is_no_slip_of_the_tool() {
+fn a_marker_that_slips_is_named_at_the_marker() {
     let number = |value: f64| RawAmount::from(value);
-    let (plain, spoiled) =
-        arm("tool-slip", "tool", &[("x", number(3e-4)), ("y", number(-2e-4)), ("slip_at", number(4400.0))]);
-    let (mut mixed, slipped) = (read(&plain, &plain, 0.7), read(&plain, &spoiled, 0.7));
-    for (reading, other) in mixed.readings.iter_mut().zip(slipped.readings) {
-        if reading.marker == Some(1) {
-            *reading = other;
-        }
-    }
-    let found = diagnosed(&plain, &mixed);
-    let named: Vec<&str> = found.causes.iter().map(|cause| cause.effect.as_str()).collect();
-    assert!(found.gap.is_significant && !named.iter().any(|name| name.ends_with("-slip")), "{named:?}");
+    let slip = [("x", number(3e-4)), ("y", number(-2e-4)), ("slip_at", number(4400.0))];
+    let marker = load_robot("kuka-kr270").expect("bundled").model.markers[1].name.clone();
+    let site = format!("marker:{marker}");
+    let (plain, spoiled) = arm("marker-slip", &site, &slip);
+    let mut slipped = read(&plain, &spoiled, 0.7);
+    let found = diagnosed(&plain, &slipped);
+    let said: Vec<String> = found.causes.iter().map(|cause| format!("{}@{}", cause.effect, cause.site)).collect();
+    assert_eq!(said.first(), Some(&format!("marker-slip@{site}")), "{said:?}");
+    let amount = |k: usize| match found.causes[0].parameters[k].value {
+        RawAmount::Number(value) => value,
+        ref other => panic!("{other:?}"),
+    };
+    assert!((amount(0) - 3e-4).abs() < 3e-5 && (amount(1) + 2e-4).abs() < 3e-5, "{} {}", amount(0), amount(1));
+    // It is of that day. Readings between its time and the nearest tried are outliers to the law, and no others are.
+    assert!(found.causes[0].entries[0].effect.is_of_the_measurement(&found.causes[0].entries[0].site));
+    assert!(found.outliers.len() <= 2, "{:?}", found.outliers);
+    (slipped.conditions.time, slipped.conditions.session_time) = (None, None);
+    let found = diagnosed(&plain, &slipped);
+    let said: Vec<String> = found.causes.iter().map(|cause| format!("{}@{}", cause.effect, cause.site)).collect();
+    assert!(found.gap.is_significant && said.iter().all(|cause| !cause.starts_with("outliers")), "{said:?}");
 }
 
 /// A joint that stands elsewhere beyond some angle: no sine is that, nor a series of them, and none is named.
@@ -563,6 +573,7 @@ fn angles_of_the_instrument_move_points_across_the_line_of_sight() {
         time: None,
         session_time: None,
         temperature: None,
+        marker: None,
         position: at(azimuth, elevation),
         base: Vector3::zeros(),
         body: Rotation3::identity(),

@@ -10,13 +10,15 @@ use crate::cli::args::Diagnose;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::description::campaign::Campaign;
+use crate::description::frame::Motion;
 use crate::description::raw::{RawApplied, RawRobot, RawValidity};
-use crate::diagnosis::{Cause, Diagnosis, Settings, diagnose};
+use crate::diagnosis::{Cause, Diagnosis, Level, Settings, diagnose};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::effects::{EffectEntry, Family};
+use crate::effects::{EffectEntry, Family, Nonlinear};
 use crate::files::LoadedRobot;
 use crate::model::{Model, with_values};
 use crate::observation::Purpose;
+use crate::parameter::Slot;
 use crate::plausibility::{Evidence, Limits, doubts, judge};
 use crate::render::diagnosis as render;
 use crate::results;
@@ -60,6 +62,8 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
 /// The description as diagnosed, and what it is of.
 pub struct Described<'a> {
     raw: RawRobot,
+    /// The same without what stays of causes that belong to the session: with these themselves it is what was diagnosed.
+    without_rest: RawRobot,
     expected: Expected<'a>,
     found: &'a Diagnosis,
     /// Of what belongs to the session, and is left out.
@@ -70,18 +74,20 @@ impl<'a> Described<'a> {
     pub fn new(robot: &'a LoadedRobot, campaign: &'a Campaign, found: &'a Diagnosis) -> Self {
         let model = &robot.model;
         let mut raw = with_values(&robot.raw, model, &found.values);
-        let of_the_session = applied(&mut raw, model, found);
+        let mut without_rest = raw.clone();
+        let of_the_session = applied(&mut raw, model, found, true);
+        applied(&mut without_rest, model, found, false);
         if !raw.effects.is_empty() || model.registry.nominal() != found.values {
             raw.validity = Some(RawValidity::of(campaign, &model.variable_names()));
         }
         let expected = Expected { campaign, residual: None, fitted: (model, &found.values) };
-        Self { raw, expected, found, of_the_session }
+        Self { raw, without_rest, expected, found, of_the_session }
     }
 }
 
 /// Writes the description as diagnosed, where it may be.
 fn apply(path: &Path, described: Described, mut output: Output, session: &Session) -> Result<Output, Error> {
-    let Described { raw, expected, found, of_the_session } = described;
+    let Described { raw, expected, found, of_the_session, .. } = described;
     // Readings that are far off are borne where all of them were set aside.
     let is_borne = |diagnostic: &Diagnostic| {
         let count = diagnostic.figures.get("readings").copied().unwrap_or(f64::INFINITY);
@@ -116,7 +122,7 @@ const ROUNDING: f64 = 1e-8;
 
 /// A doubt where the description, read back, leaves more of the readings than was found to be left.
 pub fn worse_than_found(described: &Described, session: &Session) -> Result<Option<Diagnostic>, Error> {
-    let Described { raw, expected, found, .. } = described;
+    let Described { without_rest: raw, expected, found, .. } = described;
     let (campaign, model) = (expected.campaign, expected.fitted.0);
     let used = |reading: usize| !found.outliers.contains(&campaign.readings[reading].row);
     let of_session = found.causes.iter().flat_map(|cause| cause.entries.iter().map(move |entry| (cause, entry)));
@@ -158,7 +164,25 @@ pub fn worse_than_found(described: &Described, session: &Session) -> Result<Opti
 
 /// Whether an entry of a cause belongs to the session, and not to the robot.
 fn is_of_the_session(cause: &Cause, entry: &EffectEntry) -> bool {
-    entry.effect.is_of_the_measurement(&entry.site) || cause.family == Family::Time
+    let is_of_time = cause.family == Family::Time && (cause.level != Level::Law || !entry.effect.recurs());
+    entry.effect.is_of_the_measurement(&entry.site) || is_of_time
+}
+
+/// What stays of an entry that belongs to the session, as constants of the robot from its end on; `None` where nothing does, or where other
+/// joints follow the one that slipped.
+fn remains(model: &Model, cause: &Cause, entry: &EffectEntry) -> Option<EffectEntry> {
+    let effect = model.catalogue.get(entry.effect.remains().filter(|_| cause.level == Level::Law)?)?.clone();
+    let Motion::Variable { index, direction } = model.frames.get(entry.site.frame)?.motion else { return None };
+    let mut unit = vec![0.0; model.variables.len()];
+    *unit.get_mut(index)? = 1.0;
+    if model.followers().iter().any(|follower| follower.of(&unit) != 0.0) {
+        return None;
+    }
+    let nonlinear = Nonlinear::default();
+    let constants = effect.constants(model, &entry.site, &nonlinear);
+    let of = |(slot, amount): (&Slot, &f64)| (model.registry[*slot].name.clone(), direction * amount);
+    let amounts = constants.iter().zip(entry.amounts.values()).map(of).collect();
+    Some(EffectEntry { effect, site: entry.site.clone(), nonlinear, amounts })
 }
 
 /// A warning where nothing is re-fitted: what `identify` fits then competes as causes.
@@ -178,12 +202,20 @@ fn nothing_refitted(campaign: &Campaign, model: &Model) -> Option<Diagnostic> {
 }
 
 /// Writes the causes into a description, with what each was tied with. What belongs to the session, and not to the robot,
-/// is left out, and said.
-fn applied(raw: &mut RawRobot, model: &Model, found: &Diagnosis) -> Vec<Diagnostic> {
+/// is left out, and said; with what stays of it where that is asked for.
+fn applied(raw: &mut RawRobot, model: &Model, found: &Diagnosis, keeps_rest: bool) -> Vec<Diagnostic> {
     let mut left_out = Vec::new();
     for cause in &found.causes {
         for entry in &cause.entries {
             let own = entry.to_string();
+            if let Some(stays) = remains(model, cause, entry) {
+                let message =
+                    format!("{own} belongs to this session: the robot is written as it is after it, with {stays}");
+                raw.effects.extend(keeps_rest.then(|| stays.raw(model)));
+                let remedy = "leave that entry out of `effects` if the joint has been set back since";
+                left_out.push(Diagnostic::warning(message).code(Code::OfTheSession).remedy(remedy));
+                continue;
+            }
             if is_of_the_session(cause, entry) {
                 let message = format!("{own} belongs to this session, and is not written into the robot");
                 left_out.push(

@@ -156,7 +156,7 @@ fn gives(loaded: &LoadedRobot, work: &Work, weight: bool) -> Result<(), Error> {
     if work.targets.is_empty() {
         return Err(Error::input("the path has no points", "give a row a point"));
     }
-    if !Elastics::new(model, &model.registry.nominal(), &[]).is_compliant() && model.fuzzy.is_none() {
+    if !Elastics::new(model, &model.shifted(&model.registry.nominal()), &[]).is_compliant() && model.fuzzy.is_none() {
         return Err(nothing_elastic(""));
     }
     let is_loaded = work.carried != [0.0; 6] || work.wrenches.iter().any(|wrench| *wrench != [0.0; 6]);

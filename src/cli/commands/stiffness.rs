@@ -10,10 +10,12 @@ use crate::cli::session::Session;
 use crate::cli::values::{joints, nothing_elastic, wrench};
 use crate::description::robot::FrameIndex;
 use crate::description::validity::State;
+use crate::diagnostic::Diagnostic;
 use crate::elastics::{
     Elastics, PointLoad, Response, Statics, at_point, equilibrium, fuzzy_doubts, put_fuzzy, shares, spatial,
 };
 use crate::kinematics::{Geometry, Placements};
+use crate::model::{Family, Model, SwitchedOn};
 use crate::plausibility::{Limits, as_stiff_as_arms};
 use crate::render::stiffness as render;
 use crate::results::{OwnWeight, Stiffness as Found};
@@ -24,11 +26,12 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let q = joints(model, &loaded.raw.units, &command.joints)?;
     let load = command.wrench.as_deref().map(|text| wrench(&loaded.raw.units, text)).transpose()?;
     let outside = loaded.outside(std::iter::once(State::new(&q, &load.unwrap_or_default())));
-    let geometry = Geometry::nominal(model)?;
+    let values = model.shifted(&model.registry.nominal());
+    let geometry = Geometry::new(model, &values)?;
     let mut placements = Placements::default();
     geometry.place(&q, &mut placements)?;
     let (name, frame, local) = point(&geometry, command.at.as_deref())?;
-    let elastics = Elastics::new(model, &model.registry.nominal(), &[]);
+    let elastics = Elastics::new(model, &values, &[]);
     linear(model, command.equilibrium)?;
     if !elastics.is_compliant() && model.fuzzy.is_none() {
         return Err(nothing_elastic(""));
@@ -63,11 +66,23 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     output.diagnostics = beyond_limits(&loaded, &q);
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     output.diagnostics.extend(as_stiff_as_arms(model, &Limits::default()));
+    output.diagnostics.extend(left_out(model));
     output.diagnostics.extend(outside);
     output.diagnostics.extend((!command.equilibrium).then(|| large("the point", &displacement, &rotation)).flatten());
     let own = command.at.as_deref().map_or(Some(None), |at| model.marker(at).map(Some));
     output.diagnostics.extend(fuzzy_doubts(model, &geometry, &[(q.as_slice(), own)]));
     Ok(output)
+}
+
+/// Effects under load that are no constants of the structure, and are in no compliance matrix.
+fn left_out(model: &Model) -> Option<Diagnostic> {
+    let is_own =
+        |on: &&SwitchedOn| on.shifts.is_empty() && on.entry.effect.family(&on.entry.nonlinear) == Family::Elastic;
+    let names: Vec<String> = model.effects.iter().filter(is_own).map(|on| on.entry.to_string()).collect();
+    (!names.is_empty()).then(|| {
+        let message = format!("{}: not linear in the load, and left out of the compliance", names.join(", "));
+        Diagnostic::warning(message).remedy("`pose --wrench` and `pose --weight` count what an effect does")
+    })
 }
 
 /// The point that is loaded: its name, the frame that carries it, and where it is there (m).

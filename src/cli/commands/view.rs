@@ -24,7 +24,7 @@ pub fn run(command: &View, session: &Session) -> Result<Output, Error> {
     let loaded = session.reader.robot(&command.robot)?;
     let (model, units) = (&loaded.model, &loaded.raw.units);
     let loads = Loads { weight: command.weight, wrench: true };
-    let mechanics = Mechanics::new(model, &model.registry.nominal(), loads, &[])?;
+    let mechanics = Mechanics::new(model, &model.shifted(&model.registry.nominal()), loads, &[])?;
     let geometry = &mechanics.geometry;
     let mut placements = Placements::default();
     let mut q = joints(model, units, command.joints.as_deref().unwrap_or(""))?;

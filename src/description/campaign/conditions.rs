@@ -67,6 +67,9 @@ pub struct Conditions {
     pub earlier_moves: Vec<Vec<Vec<f64>>>,
     /// What says in which order readings were measured.
     pub order: OrderBy,
+    /// Place of each reading in the order of measurement, sessions one after the other: of some readings the others' places are left out.
+    /// Empty where the order is unknown.
+    pub rank: Vec<f64>,
     /// From the first reading of the session, s.
     pub session_time: Option<Vec<f64>>,
 }
@@ -123,7 +126,8 @@ impl Conditions {
         let loads = self.torques.iter_mut().flatten().chain(&mut self.described_loads);
         let joints = self.other_joints.iter_mut().flatten().chain(&mut self.last_move).chain(loads);
         let joints = joints.chain(self.earlier_moves.iter_mut().flatten());
-        given.chain(self.site_temperatures.values_mut()).chain(joints).chain(&mut self.session_time)
+        let rank = std::iter::once(&mut self.rank).filter(|rank| !rank.is_empty());
+        given.chain(self.site_temperatures.values_mut()).chain(joints).chain(&mut self.session_time).chain(rank)
     }
 
     /// Temperature at a reading, as given; none where it is not.

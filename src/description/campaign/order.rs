@@ -19,7 +19,7 @@ fn place(campaign: &Campaign, orders: &[Option<i64>], by_rows: bool, reading: us
     (number.unwrap_or(0.0), reading)
 }
 
-/// Sets [`super::Conditions::last_move`] and [`super::Conditions::session_time`]. `orders` are the numbers in the column
+/// Sets [`super::Conditions::last_move`], [`super::Conditions::rank`] and [`super::Conditions::session_time`]. `orders` are the numbers in the column
 /// `order`, by reading: consecutive numbers follow one another, after a gap the predecessor is unknown. Without them times
 /// order the readings, and without times their places in the files; so they do where that is `stated`. Where it is stated that the order is
 /// unknown, nothing is set but the time.
@@ -37,6 +37,8 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>], stated: O
     let count = campaign.readings.len();
     // By age, then by variable.
     let mut moves = vec![vec![vec![f64::NAN; count]; campaign.variables]; 1 + EARLIER_MOVES];
+    let mut rank = vec![0.0; count];
+    let mut places = 0..count;
     for mut own in sessions.into_values() {
         own.sort_by(|&a, &b| {
             let [a, b] = [a, b].map(|reading| place(campaign, orders, by_rows, reading));
@@ -45,6 +47,7 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>], stated: O
         // The first readings of the configuration at hand and of those before it, the later first.
         let mut path: Vec<usize> = Vec::new();
         for reading in own {
+            rank[reading] = places.next().unwrap_or(count) as f64;
             let is_same = |known: &usize| campaign.configuration(*known) == campaign.configuration(reading);
             if !path.first().is_some_and(is_same) {
                 let follows = |known: &usize| match (orders[*known], orders[reading]) {
@@ -66,6 +69,7 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>], stated: O
             }
         }
     }
+    campaign.conditions.rank = rank;
     let earlier = moves.split_off(1);
     campaign.conditions.last_move = moves.pop().unwrap_or_default();
     campaign.conditions.earlier_moves = earlier;
@@ -124,6 +128,12 @@ pub fn numbered_twice(campaign: &Campaign, orders: &[Option<i64>]) -> Option<Dia
 }
 
 impl Campaign {
+    /// Place of a reading in the order of measurement, where that is known; else its row in the files.
+    pub fn rank(&self, reading: usize) -> f64 {
+        let known = self.conditions.rank.get(reading).copied();
+        known.unwrap_or_else(|| self.readings.get(reading).map_or(0.0, |own| own.row as f64))
+    }
+
     /// Sets [`super::Conditions::session_time`] from the times of the readings.
     pub fn count_session_time(&mut self) {
         let Some(times) = &self.conditions.time else { return };

@@ -77,6 +77,8 @@ pub struct ReadingContext<'a> {
     pub session_time: Option<f64>,
     /// Temperature of the reading, degC or K as given, where known; of the effect's site where that is measured.
     pub temperature: Option<f64>,
+    /// The marker that was read, by index in [`crate::model::Model::markers`]; `None` is the tool centre point.
+    pub marker: Option<usize>,
     /// Measured point, measurement frame, m (of a deflection: where it is, not how far it moves).
     pub position: Vector3<f64>,
     /// Origin of the base in the measurement frame, m.
@@ -147,6 +149,8 @@ pub struct Survey {
     pub longest_session: Option<f64>,
     /// Knots of free curves of what varies enough: quantiles of its values in the readings, SI.
     pub knots: Vec<(Driver, Vec<f64>)>,
+    /// Markers that were read, by index in [`crate::model::Model::markers`].
+    pub markers: Vec<usize>,
     /// Whether a wrench is applied.
     pub loaded: bool,
     /// Readings are differences.

@@ -1,4 +1,4 @@
-//! Where an effect can sit: a frame, joint, link or actuator of the robot, its base, its tool, or the instrument.
+//! Where an effect can sit: a frame, joint, link or actuator of the robot, its base, its tool, a marker, or the instrument.
 
 use crate::description::robot::FrameIndex;
 
@@ -17,6 +17,8 @@ pub enum SiteKind {
     Base,
     /// `tool`
     Tool,
+    /// `marker:<name>`
+    Marker,
     /// `instrument`
     Instrument,
 }
@@ -28,13 +30,15 @@ pub struct Site {
     pub name: String,
     /// Its kind.
     pub kind: SiteKind,
-    /// Its frame, of a frame, joint or link; the driven joint's of an actuator.
+    /// Its frame, of a frame, joint or link; the driven joint's of an actuator; that of the body that carries a marker.
     pub frame: FrameIndex,
     /// The coordinate ([`crate::model::Model::coordinates`]) that moves the joint or actuator; `None` of other sites, and of joints
     /// that a loop moves.
     pub coordinate: Option<usize>,
     /// The actuator, by index in [`crate::model::Model::actuators`]; of sites that are actuators.
     pub actuator: Option<usize>,
+    /// The marker, by index in [`crate::model::Model::markers`]; of sites that are markers.
+    pub marker: Option<usize>,
 }
 
 impl Site {
@@ -54,6 +58,7 @@ impl SiteKind {
             Self::Actuator => "actuator:<name>",
             Self::Base => "base",
             Self::Tool => "tool",
+            Self::Marker => "marker:<name>",
             Self::Instrument => "instrument",
         }
     }

@@ -11,7 +11,7 @@ use super::{Nonlinear, NonlinearParameter, NonlinearValue};
 use crate::description::raw::{JointKind, RawAmount, RawCurve, RawEffect};
 use crate::description::robot::{FrameIndex, Motion};
 use crate::diagnostic::Diagnostic;
-use crate::model::{Actuator, Effect, EffectEntry, EffectParameter, Fault, Frame, Model, SwitchedOn};
+use crate::model::{Actuator, Effect, EffectEntry, EffectParameter, Fault, Frame, Marker, Model, SwitchedOn};
 use crate::parameter::{Group, Kind, Parameter, Slot};
 
 impl EffectEntry {
@@ -52,7 +52,14 @@ impl EffectEntry {
 impl Model {
     /// Sites of a kind on this robot.
     pub fn sites(&self, kind: SiteKind) -> Vec<Site> {
-        let site = |name: String, frame: FrameIndex| Site { name, kind, frame, coordinate: None, actuator: None };
+        let site = |name: String, frame: FrameIndex| Site {
+            name,
+            kind,
+            frame,
+            coordinate: None,
+            actuator: None,
+            marker: None,
+        };
         let frames = || self.frames.iter().enumerate().skip(1);
         match kind {
             SiteKind::Frame => frames().map(|(index, frame)| site(format!("frame:{}", frame.name), index)).collect(),
@@ -75,6 +82,13 @@ impl Model {
             }
             SiteKind::Base => vec![site("base".into(), 0)],
             SiteKind::Tool => vec![site("tool".into(), self.tool.0)],
+            SiteKind::Marker => {
+                let of = |(k, marker): (usize, &Marker)| Site {
+                    marker: Some(k),
+                    ..site(format!("marker:{}", marker.name), marker.frame)
+                };
+                self.markers.iter().enumerate().map(of).collect()
+            }
             SiteKind::Instrument => vec![site("instrument".into(), 0)],
         }
     }
@@ -89,6 +103,7 @@ impl Model {
             frame: index,
             coordinate: self.coordinate_of(index),
             actuator: None,
+            marker: None,
         };
         joints.map(site).collect()
     }
@@ -157,6 +172,7 @@ impl Model {
         }
         let (what, owners): (_, Vec<&str>) = match effect.sits_at() {
             SiteKind::Actuator => ("actuator", self.actuators.iter().map(|actuator| actuator.name.as_str()).collect()),
+            SiteKind::Marker => ("marker", self.markers.iter().map(|marker| marker.name.as_str()).collect()),
             _ => ("frame", self.frames.iter().skip(1).map(|frame| frame.name.as_str()).collect()),
         };
         if at.contains(':') && !owners.contains(&owner) {

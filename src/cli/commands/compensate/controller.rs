@@ -99,7 +99,7 @@ fn exchanged(name: &str, nominal: &LoadedRobot, robot: &LoadedRobot) -> Option<D
             Diagnostic::warning(text).remedy("give ROBOT the calibrated description and --nominal the controller's"),
         );
     }
-    let values = |loaded: &LoadedRobot| loaded.model.registry.nominal();
+    let values = |loaded: &LoadedRobot| loaded.model.shifted(&loaded.model.registry.nominal());
     let gives = Elastics::new(&robot.model, &values(robot), &[]).is_compliant();
     let is_same = !gives && values(nominal) == values(robot) && nominal.raw.effects == robot.raw.effects;
     is_same.then(|| {

@@ -206,7 +206,7 @@ fn compliance_doubts(
         .collect();
     let mut diagnostics = fuzzy_doubts(model, &geometry, &asked);
     let pushed = has_process || path.campaign.readings.iter().any(Reading::is_loaded);
-    if pushed && model.fuzzy.is_none() && !Elastics::new(model, geometry.values(), &[]).is_compliant() {
+    if pushed && model.fuzzy.is_none() && !Elastics::new(model, &model.shifted(geometry.values()), &[]).is_compliant() {
         let text = "something pushes on the tool, and the description declares nothing that gives: it is not corrected";
         diagnostics.push(
             Diagnostic::warning(text).remedy("give `joint_stiffness`, `beams` or `base_stiffness`, or identify them"),
