@@ -23,7 +23,12 @@ pub fn known(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng) -> Dra
     if is_deflection { draw.of_deflection() } else { draw.of_position() }
 }
 
-/// Something that the catalogue does not know.
+/// The site of a marker; that of the tool where the robot has none.
+pub fn at_marker(model: &Model, marker: usize) -> String {
+    model.markers.get(marker).map_or_else(|| "tool".into(), |own| format!("marker:{}", own.name))
+}
+
+/// Something that the catalogue does not know, or a marker that slips, which it has.
 pub fn unknown(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng) -> Drawing {
     let count = model.variables.len();
     let variable = random.random_range(0..count);
@@ -50,7 +55,8 @@ pub fn unknown(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng) -> D
         _ => {
             let marker = draw.within(0.0, model.markers.len() as f64) as usize % model.markers.len();
             let by = draw.vector();
-            ("slipped marker", Shape::Slip { marker, at: draw.within(0.25, 0.75), by })
+            let slip = Shape::Slip { marker, at: draw.within(0.25, 0.75), by };
+            return Some(("marker-slip", at_marker(model, marker), slip));
         }
     };
     Some((name, String::new(), shape))

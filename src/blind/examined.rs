@@ -82,14 +82,22 @@ impl Examined {
         self.is_hit() && self.known().iter().all(|c| self.named.iter().any(|named| named.is_at(&c.effect, &c.site)))
     }
 
+    /// True causes that can be named: what no catalogue has goes by names that no effect has.
+    fn nameable(&self) -> &[TruthCause] {
+        match self.truth.kind.as_str() {
+            "trap" | LEFT_OUT => &[],
+            _ => &self.truth.causes,
+        }
+    }
+
     /// Whether a named cause is a true one, or in a small enough group with it.
     pub fn is_true(&self, named: &Named) -> bool {
-        self.known().iter().any(|cause| named.is_at(&cause.effect, &cause.site))
+        self.nameable().iter().any(|cause| named.is_at(&cause.effect, &cause.site))
     }
 
     /// Whether a named cause is itself a true one.
     pub fn is_itself(&self, named: &Named) -> bool {
-        self.known().iter().any(|cause| cause.effect == named.effect && cause.site == named.site)
+        self.nameable().iter().any(|cause| cause.effect == named.effect && cause.site == named.site)
     }
 
     /// Whether a named cause is an effect of the catalogue that is neither true nor tied with what is.

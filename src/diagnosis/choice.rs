@@ -53,26 +53,22 @@ pub fn choice(
     // A search over subsets finds causes that hide one another. It is trusted where it leaves nothing but noise that is
     // known: where something stays that no hypothesis has, it would fit that.
     let leaves_noise = |fit: &Subset| is_noise(&selector, fit, noise, settings);
-    let causes: Vec<Vec<usize>> = match leaves_noise(&selector.fit(found)) {
-        true => curves_for_laws(&selector, found, settings.claims.near_curve, leaves_noise)
-            .into_iter()
-            .map(|member| vec![member])
-            .collect(),
-        false => forward.chosen(settings.selection.most),
-    };
-    let members = causes.concat();
-    let fit = selector.fit(&members);
-    let sharp = leaves_noise(&fit).then(|| {
-        let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
-        rivals(&selector, &fit, per_pose, &settings.rivals)
+    let together = leaves_noise(&selector.fit(found)).then(|| {
+        let members = curves_for_laws(&selector, found, settings.claims.near_curve, leaves_noise);
+        members.into_iter().map(|member| vec![member]).collect::<Vec<_>>()
     });
-    let great = great(&forward, &members, sharp.is_some());
-    let blocks = blocks(problem, readings, settings);
-    let freedom = (selector.projection.freedom - fit.directions as f64).max(1.0);
-    let left = noise.unwrap_or_else(|| (fit.squares / freedom).sqrt());
-    let tests = Tests { blocks: &blocks, noise: left, readings, members: &members };
-    let claims = claimed(&forward, &causes, sharp.as_deref(), &tests, |cause| great.contains(cause));
-    let mut claims = gathered(sifted(&forward, claims, &tests, settings), &problem.hypotheses);
+    let judged = |causes: &[Vec<usize>], is_sharp: bool| {
+        let claims = judged(&forward, causes, is_sharp, (noise, readings), settings);
+        gathered(claims, &problem.hypotheses)
+    };
+    // Laws that are part of one another leave none of them certain next to the others: then each is judged as it enters.
+    let by_search = together.map(|causes| judged(&causes, true)).filter(|claims| !claims.is_empty());
+    let mut claims = by_search.unwrap_or_else(|| {
+        let causes = forward.chosen(settings.selection.most);
+        let is_sharp = leaves_noise(&selector.fit(&causes.concat()));
+        let sharp = if is_sharp { judged(&causes, true) } else { Vec::new() };
+        if sharp.is_empty() { judged(&causes, false) } else { sharp }
+    });
     let path = (0..=claims.len()).map(|count| {
         let taken: Vec<usize> = claims[..count].iter().map(|claim| claim.hypothesis).collect();
         selector.fit(&taken)
@@ -85,6 +81,30 @@ pub fn choice(
         .filter_map(|claim| claim.support.as_mut())
         .for_each(|support| support.leaves_noise &= is_complete);
     (claims, path)
+}
+
+/// The claims of causes, `is_sharp` where they leave nothing but noise that is known.
+fn judged(
+    forward: &Forward,
+    causes: &[Vec<usize>],
+    is_sharp: bool,
+    (noise, readings): (Option<f64>, Readings),
+    settings: &Settings,
+) -> Vec<Claim> {
+    let (problem, selector) = (forward.problem, forward.selector);
+    let members = causes.concat();
+    let fit = selector.fit(&members);
+    let sharp = is_sharp.then(|| {
+        let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
+        rivals(selector, &fit, per_pose, &settings.rivals)
+    });
+    let great = great(forward, &members, is_sharp);
+    let blocks = blocks(problem, readings, settings);
+    let freedom = (selector.projection.freedom - fit.directions as f64).max(1.0);
+    let left = noise.unwrap_or_else(|| (fit.squares / freedom).sqrt());
+    let tests = Tests { blocks: &blocks, noise: left, readings, members: &members };
+    let claims = claimed(forward, causes, sharp.as_deref(), &tests, |cause| great.contains(cause));
+    sifted(forward, claims, &tests, settings)
 }
 
 /// The claims that stand together, laws that do not replaced by curves or families; and curves of what they leave.

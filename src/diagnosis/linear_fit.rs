@@ -6,7 +6,8 @@ use nalgebra::DVector;
 use super::hypothesis::Hypothesis;
 use super::linear_problem::LinearProblem;
 use super::result::CauseParameter;
-use crate::effects::EffectEntry;
+use crate::description::raw::JointKind;
+use crate::effects::{EffectEntry, SiteKind};
 use crate::math::least_squares;
 use crate::math::linear::cofactor;
 use crate::math::quantiles::normal95;
@@ -73,9 +74,27 @@ pub fn reported(model: &Model, hypothesis: &Hypothesis, fitted: &[FittedParamete
         ci95: Some(*ci95),
     });
     let nonlinear = hypothesis.nonlinear.written(&model.coordinate_names()).into_iter();
+    let of = |unit: &'static str| of_joint(model, hypothesis, unit);
     fitted
-        .chain(nonlinear.map(|(name, unit, value)| CauseParameter { name: name.into(), unit, value, ci95: None }))
+        .chain(nonlinear.map(|(name, unit, value)| CauseParameter {
+            name: name.into(),
+            unit: of(unit),
+            value,
+            ci95: None,
+        }))
         .collect()
+}
+
+/// The unit at the hypothesis' joint of what is an angle where that turns and a length where it slides: `rad or m`.
+fn of_joint(model: &Model, hypothesis: &Hypothesis, unit: &'static str) -> &'static str {
+    let site = &hypothesis.site;
+    match unit.split_once(" or ") {
+        Some((turns, slides)) if site.kind == SiteKind::Joint => match model.frames[site.frame].joint {
+            JointKind::Prismatic => slides,
+            _ => turns,
+        },
+        _ => unit,
+    }
 }
 
 /// A hypothesis with its amounts, as it is switched on or written into a description.

@@ -119,9 +119,11 @@ fn without_the_idle(competition: &Competition, steps: &[Step], left: &dyn Fn(&[u
         causes.remove(least.1);
     }
     let mut members: Vec<usize> = Vec::new();
+    let is_free = |cause: &[usize]| cause.iter().all(|&member| competition.problem.hypotheses[member].is_free());
     while !causes.is_empty() {
-        let with = |at: usize| (left(&[members.as_slice(), causes[at].as_slice()].concat()), at);
-        let (_, at) = (0..causes.len()).map(with).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let with = |at: usize| (is_free(&causes[at]), left(&[members.as_slice(), causes[at].as_slice()].concat()), at);
+        // Curves are of what laws leave.
+        let (.., at) = (0..causes.len()).map(with).min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))?;
         members.extend(causes.remove(at));
     }
     Some(members)

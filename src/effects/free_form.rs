@@ -17,7 +17,7 @@ static FOLLOWS: NonlinearParameter = NonlinearParameter {
     kind: NonlinearKind::Driver,
     default: None,
     only_with: None,
-    meaning: "`follows`: what the curve goes with (`q3`, `own-load.q3`, `load.q3`, `move.q3`, `time`, `height`)",
+    meaning: "`follows`: what the curve goes with (`q3`, `own-load.q3`, `load.q3`, `move.q3`, `time`, `order`, `height`)",
 };
 static AT: NonlinearParameter = NonlinearParameter {
     name: "at",
@@ -43,7 +43,7 @@ pub(super) static LAW: Law = Law {
         Some((Driver::Angle(_), _)) | None => Family::Kinematic,
         Some((Driver::OwnLoad(_) | Driver::Load(_), _)) => Family::Elastic,
         Some((Driver::LastMove(_), _)) => Family::History,
-        Some((Driver::Time | Driver::SessionTime, _)) => Family::Time,
+        Some((Driver::Time | Driver::SessionTime | Driver::Order, _)) => Family::Time,
         Some((Driver::Temperature, _)) => Family::Temperature,
         Some((Driver::Range | Driver::Height, _)) => Family::Instrument,
     }),
@@ -73,9 +73,10 @@ pub(super) static LAW: Law = Law {
             (SiteKind::Joint, Driver::LastMove(v)) => Some(v) == site.coordinate && !survey.is_difference,
             (_, Driver::Range | Driver::Height) => site.kind == SiteKind::Instrument && !survey.is_difference,
             (SiteKind::Joint, _) => !survey.is_difference,
-            (SiteKind::Base | SiteKind::Tool, Driver::Time | Driver::SessionTime | Driver::Temperature) => {
-                !survey.is_difference
-            }
+            (
+                SiteKind::Base | SiteKind::Tool,
+                Driver::Time | Driver::SessionTime | Driver::Order | Driver::Temperature,
+            ) => !survey.is_difference,
             _ => false,
         };
         let of = |(driver, at): &(Driver, Vec<f64>)| {

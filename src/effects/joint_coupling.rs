@@ -19,6 +19,10 @@ pub(super) static LAW: Law = Law {
     signature: "an angle of one joint that grows in proportion to another joint",
     remedy: "check the coupling matrix of the wrist or linkage in the controller",
     nonlinear: &[&VARIABLE],
+    misplaced: |site, nonlinear| {
+        let is_itself = site.coordinate.is_some_and(|own| nonlinear.values() == [NonlinearValue::Variable(own)]);
+        is_itself.then_some((VARIABLE.name, "name another variable: a joint's own ratio is `gear-ratio`"))
+    },
     candidates: |model, site, _| {
         let others = (0..model.variables.len()).filter(|&other| model.only_driver(site.frame) != Some(other));
         others.map(|variable| Nonlinear::new([(&VARIABLE, NonlinearValue::Variable(variable))])).collect()

@@ -60,10 +60,7 @@ pub(super) static LAW: Law = Law {
         });
         std::iter::once(Nonlinear::new(of(AT_ONCE))).chain(delayed).collect()
     },
-    // Whatever is warmed grows.
-    parameters: Some(|_, _, _| {
-        vec![EffectParameter { is_positive: true, ..EffectParameter::new("expansion", "1/K", 1.2e-5) }]
-    }),
+    parameters: Some(|_, _, _| vec![EffectParameter::new("expansion", "1/K", 1.2e-5)]),
     thermal_delay: |nonlinear| nonlinear.continuous(),
     changes: |model, site, nonlinear| {
         let Some(&NonlinearValue::Real(reference)) = nonlinear.values().first() else { return nothing() };

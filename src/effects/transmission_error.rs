@@ -10,7 +10,7 @@ use crate::model::{
 
 pub(super) static ORDER: NonlinearParameter = NonlinearParameter {
     name: "order",
-    kind: NonlinearKind::Real { unit: "1", is_continuous: true, is_positive: false },
+    kind: NonlinearKind::Real { unit: "1", is_continuous: true, is_positive: true },
     default: None,
     only_with: None,
     meaning: "`order`: periods in a turn of the joint",

@@ -31,6 +31,8 @@ impl DriverValues {
         }
         drivers.extend(conditions.time.as_ref().map(|_| Driver::Time));
         drivers.extend(conditions.session_time.as_ref().map(|_| Driver::SessionTime));
+        let has_order_alone = conditions.time.is_none() && conditions.is_order_stated() && !conditions.rank.is_empty();
+        drivers.extend(has_order_alone.then_some(Driver::Order));
         drivers.extend(conditions.temperature.as_ref().map(|_| Driver::Temperature));
         drivers.extend([Driver::Range, Driver::Height]);
         let configurations = campaign.configurations().into_iter().max().map_or(0, |last| last + 1);
@@ -64,6 +66,7 @@ impl DriverValues {
                 },
                 Driver::Time => of(&conditions.time),
                 Driver::SessionTime => of(&conditions.session_time),
+                Driver::Order => conditions.rank.get(index).copied(),
                 Driver::Temperature => of(&conditions.temperature),
                 Driver::Range => seen.map(|[position, _]| position.norm()),
                 Driver::Height => seen.map(|[position, up]| up.dot(&position)),

@@ -146,7 +146,7 @@ fn cause(number: usize, cause: &Cause) -> String {
         let width = ci95.filter(|_| name != "count").map_or(String::new(), |ci95| format!(" +- {ci95:.1e} {unit}"));
         let value = match value {
             RawAmount::Number(count) if name == "count" => format!("{count:.0}"),
-            RawAmount::Number(value) if ci95.is_none() => format!("{value:+.4e} {unit}").trim_end().into(),
+            RawAmount::Number(value) if ci95.is_none() => with_unit(*value, unit),
             RawAmount::Number(value) => format!("{value:+.4e}"),
             RawAmount::Numbers(_) => continue,
             RawAmount::Name(word) => word.clone(),
@@ -163,6 +163,12 @@ fn cause(number: usize, cause: &Cause) -> String {
     }
     let _ = writeln!(out, "   to do     {}\n", cause.remedy);
     out
+}
+
+/// A nonlinear value, which no interval follows, with its unit where it has one.
+fn with_unit(value: f64, unit: &str) -> String {
+    let value = if (1e-2..1e5).contains(&value.abs()) { format!("{value:+.3}") } else { format!("{value:+.4e}") };
+    if unit == "1" { value } else { format!("{value} {unit}").trim_end().into() }
 }
 
 /// Share of an error that does not show in whole per cents.

@@ -572,6 +572,7 @@ fn angles_of_the_instrument_move_points_across_the_line_of_sight() {
         earlier_moves: &[],
         time: None,
         session_time: None,
+        order: None,
         temperature: None,
         marker: None,
         position: at(azimuth, elevation),

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::blind::causes::{Drawing, known};
+use crate::blind::causes::{Drawing, at_marker, known};
 use crate::blind::odd::Odd;
 use crate::blind::shapes::Shape;
 use crate::model::Model;
@@ -50,7 +50,7 @@ pub fn off_catalogue(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng
         }
         3 => {
             let marker = within(0.0, model.markers.len().max(1) as f64) as usize;
-            ("slipped marker", "tool".into(), Shape::Slip { marker, at: within(0.2, 0.8), by: direction })
+            ("marker-slip", at_marker(model, marker), Shape::Slip { marker, at: within(0.2, 0.8), by: direction })
         }
         4 => ("dead zone", joint, Shape::Odd(Odd::DeadZone { variable, half: within(0.2, 0.6) })),
         5 => ("stop", joint, Shape::Odd(Odd::Stop { variable, at: within(0.15, 0.6) })),

@@ -14,6 +14,7 @@ mod motion;
 mod payload;
 mod sizes;
 mod tree;
+mod validity;
 
 pub use crate::diagnostic::{Explained, Locate};
 pub use collector::GREATEST;
@@ -67,6 +68,7 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
     let (fuzzy, spring_rules) = fuzzy::resolve(raw, &tree, &mut diagnostics);
     let limits = limits::resolve(raw, &tree, &mut diagnostics);
     let keep_out = keep_out::resolve(raw, &mut diagnostics);
+    validity::validate(raw, &tree, &mut diagnostics);
     for (name, _) in raw.payloads.iter().filter(|(_, payload)| payload.mass.is_none()) {
         let message = payload::no_mass(name);
         if let Some(found) = diagnostics.lacking(&["payloads", name], "mass", message) {

@@ -15,6 +15,8 @@ pub enum Driver {
     Time,
     /// s from the first reading of the session: `session-time`.
     SessionTime,
+    /// Place in the order of measurement, counted in readings, of campaigns that state an order and no times: `order`.
+    Order,
     /// Temperature, degC or K as the campaign has it: `temperature`.
     Temperature,
     /// Distance of the measured point from the instrument, m: `range`.
@@ -30,6 +32,7 @@ impl Driver {
             Self::Angle(_) | Self::LastMove(_) => "rad",
             Self::OwnLoad(_) | Self::Load(_) => "N.m",
             Self::Time | Self::SessionTime => "s",
+            Self::Order => "1",
             Self::Temperature => "K",
             Self::Range | Self::Height => "m",
         }
@@ -45,6 +48,7 @@ impl Driver {
             Self::LastMove(variable) => format!("move.{}", name(variable)),
             Self::Time => "time".into(),
             Self::SessionTime => "session-time".into(),
+            Self::Order => "order".into(),
             Self::Temperature => "temperature".into(),
             Self::Range => "range".into(),
             Self::Height => "height".into(),
@@ -66,6 +70,7 @@ impl Driver {
         (0..coordinates).flat_map(of).chain([
             Self::Time,
             Self::SessionTime,
+            Self::Order,
             Self::Temperature,
             Self::Range,
             Self::Height,

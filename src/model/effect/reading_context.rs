@@ -75,6 +75,8 @@ pub struct ReadingContext<'a> {
     pub time: Option<f64>,
     /// s from the first reading of the session, where known.
     pub session_time: Option<f64>,
+    /// Place in the order of measurement, counted in readings, where known.
+    pub order: Option<f64>,
     /// Temperature of the reading, degC or K as given, where known; of the effect's site where that is measured.
     pub temperature: Option<f64>,
     /// The marker that was read, by index in [`crate::model::Model::markers`]; `None` is the tool centre point.
@@ -119,6 +121,7 @@ impl ReadingContext<'_> {
             Driver::LastMove(variable) => self.last_move.get(variable).copied(),
             Driver::Time => self.time,
             Driver::SessionTime => self.session_time,
+            Driver::Order => self.order,
             Driver::Temperature => self.temperature,
             Driver::Range => Some(self.position.norm()),
             Driver::Height => Some(self.up.dot(&self.position)),

@@ -11,8 +11,12 @@ use super::{Nonlinear, NonlinearParameter, NonlinearValue};
 use crate::description::raw::{JointKind, RawAmount, RawCurve, RawEffect};
 use crate::description::robot::{FrameIndex, Motion};
 use crate::diagnostic::Diagnostic;
-use crate::model::{Actuator, Effect, EffectEntry, EffectParameter, Fault, Frame, Marker, Model, SwitchedOn};
+use crate::model::{Actuator, Effect, EffectEntry, EffectParameter, Family, Fault, Frame, Marker, Model, SwitchedOn};
 use crate::parameter::{Group, Kind, Parameter, Slot};
+
+/// Amounts of effects beyond so many times their usual size are doubted: 0.3 rad and 0.1 m, between which and a machine that still works
+/// there is room. A judgement.
+const BEYOND: f64 = 1e3;
 
 impl EffectEntry {
     /// As it is written into a description.
@@ -36,6 +40,22 @@ impl EffectEntry {
             return Some(
                 Diagnostic::warning(message).remedy(format!("give its parameters (SI): {}", symbols.join(", "))),
             );
+        }
+        let is_constants = !self.effect.constants(model, &self.site, &self.nonlinear).is_empty();
+        let great = parameters.iter().filter(|_| !is_constants).find_map(|parameter| {
+            let (symbol, unit, scale) = (&parameter.symbol, parameter.unit, parameter.scale);
+            let amount = *self.amounts.get(symbol)?;
+            (amount.abs() > BEYOND * scale).then(|| {
+                Diagnostic::warning(format!(
+                    "`{symbol}: {amount:e}` of `{}` is {:.0} times what such an effect usually is ({scale:e} {unit})",
+                    self.effect.name(),
+                    amount.abs() / scale
+                ))
+                .remedy("amounts of effects are SI, whatever `units:` says: rad, m, 1/K, rad/(N.m)")
+            })
+        });
+        if great.is_some() {
+            return great;
         }
         parameters.iter().filter(|parameter| parameter.is_positive).find_map(|parameter| {
             let (symbol, unit, amount) = (&parameter.symbol, parameter.unit, *self.amounts.get(&parameter.symbol)?);
@@ -153,6 +173,10 @@ impl Model {
             let diagnostic = Diagnostic::error(format!("unknown effect `{name}`"));
             return Err(Fault::new(&["effect"], diagnostic.suggest(name, self.catalogue.names())));
         };
+        if effect.family(&Nonlinear::default()) == Family::Gross {
+            let diagnostic = Diagnostic::error(format!("`{name}` are of single readings, and nothing of a robot"));
+            return Err(Fault::new(&["effect"], diagnostic.remedy("leave the entry out; `diagnose` finds them")));
+        }
         let at = raw.site.as_deref().ok_or_else(|| lacks(format!("effect `{name}` lacks its `site`")))?;
         let sites = effect.sites(self);
         let Some(site) = sites.iter().find(|known| known.name == at) else {
