@@ -15,7 +15,7 @@ use crate::description::ur_kinematics::{self, is_ur_kinematics};
 use crate::description::validity::State;
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place as Location, nearest};
-use crate::kinematics::{AssemblyError, Geometry};
+use crate::kinematics::{AssemblyError, Gap, Geometry};
 use crate::model::{Fault, Model, build, contradictions};
 use crate::prediction::FittedUncertainty;
 
@@ -354,10 +354,9 @@ const ROUNDED: f64 = 1e-4;
 /// calibrated constants leave such gaps.
 fn open_loops(raw: &RawRobot, geometry: &Geometry, texts: &Located) -> Vec<Diagnostic> {
     let is_said = |name: &str| raw.loops.get(name).is_some_and(|own| own.gap.is_some());
-    let open = geometry.open_loops().filter(|(name, gap)| *gap > ROUNDED && !is_said(name));
-    let warning = |(name, gap): (&str, f64)| {
-        let message =
-            format!("loop `{name}` stays {gap:.1e} m (or rad) open, and is closed in the least-squares sense");
+    let open = geometry.open_loops().filter(|(name, gap)| gap.greatest() > ROUNDED && !is_said(name));
+    let warning = |(name, gap): (&str, Gap)| {
+        let message = format!("loop `{name}` stays {gap} open, and is closed in the least-squares sense");
         let remedy = "check lengths and constants of the loop; declare `gap` where that is meant";
         Diagnostic::warning(message).at(texts.key(&["loops", name])).remedy(remedy)
     };
