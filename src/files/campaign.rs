@@ -268,7 +268,7 @@ fn tables(
     let (mut tables, mut rows) = (Vec::new(), 0);
     let files = table_files(raw, place, document, diagnostics);
     // With a fault in what says how the files are read, their faults would follow from those.
-    let mut keys = ["observes", "columns", "ignore", "csv", "orientation", "contacts", "loads"].into_iter();
+    let mut keys = ["observes", "columns", "ignore", "csv", "orientation", "contacts", "loads", "payloads"].into_iter();
     let is_readable = keys.all(|key| !document.holds_fault(&[key])) && raw.unknown_kinds(&reader.kinds).is_empty();
     for file in files {
         let entry = raw.completed(file.entry);
@@ -287,7 +287,7 @@ fn tables(
             }
         }
         let declared = faults(&asked, |key| place_of_key(document, &file.path, key));
-        if !is_readable || !declared.is_empty() || opened.len() < file.all().count() {
+        if !is_readable || file.is_unclear(document) || !declared.is_empty() || opened.len() < file.all().count() {
             diagnostics.extend(declared);
             continue;
         }
@@ -370,6 +370,14 @@ struct File<'r> {
 impl File<'_> {
     fn all(&self) -> impl Iterator<Item = (&Vec<String>, &Place)> {
         std::iter::once((&self.path, &self.place)).chain(self.joints.iter().map(|(path, place)| (path, place)))
+    }
+
+    /// Whether a fault is reported of what its entry says of how it is written.
+    fn is_unclear(&self, document: &Document) -> bool {
+        const KEYS: [&str; 9] =
+            ["observes", "format", "points", "joints", "join", "csv", "columns", "ignore", "orientation"];
+        let entry: Vec<&str> = self.path.iter().map(String::as_str).filter(|part| *part != "file").collect();
+        KEYS.iter().any(|key| document.holds_fault(&[&entry[..], &[key]].concat()))
     }
 }
 

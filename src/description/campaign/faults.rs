@@ -21,7 +21,9 @@ pub fn faults(
     explained: Explained,
 ) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
-    let lacks_kind = raw.measurements.as_ref().is_none_or(|all| all.0.iter().any(|entry| entry.observes.is_none()));
+    let is_unread = |k: usize| explained(&["measurements", &k.to_string(), "observes"]);
+    let lacks = |(k, entry): (usize, &RawEntry)| entry.observes.is_none() && !is_unread(k);
+    let lacks_kind = raw.measurements.as_ref().is_none_or(|all| all.0.iter().enumerate().any(lacks));
     if raw.observes.is_none() && lacks_kind && !explained(&["observes"]) {
         let diagnostic =
             Diagnostic::warning("`observes` is not given; positions are assumed").at(locate(&["observes"]));

@@ -145,7 +145,9 @@ impl Header {
                 let is_missing = column.required || (renamed.is_some() && !may_lack);
                 if is_missing && !orientation.explains(&column.name) {
                     let free = titles.iter().map(String::as_str).filter(|title| !layout.expects(title));
-                    let near = nearest(title, free).and_then(|near| titles.iter().position(|title| title == near));
+                    let same = |found: &&str| without_unit(found) == title;
+                    let near = free.clone().find(same).or_else(|| nearest(title, free));
+                    let near = near.and_then(|near| titles.iter().position(|title| title == near));
                     let alike = near.map(|near| (near, &titles[near]));
                     let fault = missing(column, renamed, alike, row, layout.dialect.of_campaign);
                     let declared = declared_otherwise(&column.name, titles, layout).filter(|_| renamed.is_none());
@@ -243,11 +245,14 @@ impl Header {
             let meant = synonym(title).filter(|meant| free.clone().any(|name| name == *meant));
             let second = second_way(titles, title, layout.dialect.orientation);
             // Of single letters no other is a misspelling: a longer name is another column.
-            let alike = nearest(title, free).filter(|ours| title.chars().count() > 1 || ours.chars().count() == 1);
+            let bare = without_unit(title);
+            let same = free.clone().find(|ours| *ours == bare);
+            let alike = same.or_else(|| nearest(title, free)).filter(|ours| title.chars().count() > 1 || ours.chars().count() == 1);
             let remedy = match (meant.or(alike), layout.dialect.of_campaign) {
                 (_, true) if second.is_some() => second.unwrap_or_default(),
                 (Some(ours), true) => format!(
-                    "if it is `{ours}`, add `columns: {{{ours}: {title}}}`; else list it under `ignore:`, or rename it under `columns:`"
+                    "if it is `{ours}`, add `columns: {{{ours}: {}}}`; else list it under `ignore:`, or rename it under `columns:`",
+                    scalar(title)
                 ),
                 (None, true) => "list it under `ignore:`, or rename it under `columns:`".to_owned(),
                 (Some(ours), false) => format!("if it is `{ours}`, rename it; else remove the column"),
@@ -371,8 +376,15 @@ fn missing(
         }
         (None, Some((_, near))) => {
             let diagnostic = Diagnostic::error(format!("the column `{name}` is missing")).at(place);
-            let declare = if of_campaign { format!(" or add `columns: {{{name}: {near}}}`") } else { String::new() };
-            diagnostic.remedy(format!("if it is `{near}`, rename it{declare}"))
+            let declare = match of_campaign {
+                true => format!(" or add `columns: {{{name}: {}}}`", scalar(near)),
+                false => String::new(),
+            };
+            let units = match without_unit(near) == near {
+                false if of_campaign => "; its unit is what `units:` declares",
+                _ => "",
+            };
+            diagnostic.remedy(format!("if it is `{near}`, rename it{declare}{units}"))
         }
         (None, None) => {
             let diagnostic = Diagnostic::error(format!("the column `{name}` is missing")).at(place);
@@ -382,6 +394,24 @@ fn missing(
                 "add it, or rename the column that holds it".to_owned()
             })
         }
+    }
+}
+
+/// A title without the unit behind it in brackets: `q1` of `q1 [deg]` and `q1 (deg)`.
+fn without_unit(title: &str) -> &str {
+    let bare = [('[', ']'), ('(', ')')].into_iter().find_map(|(open, close)| {
+        let (bare, unit) = title.strip_suffix(close)?.split_once(open)?;
+        (!unit.is_empty()).then_some(bare.trim_end())
+    });
+    bare.filter(|bare| !bare.is_empty()).unwrap_or(title)
+}
+
+/// A title as it is written in YAML within braces: quoted where it holds signs that mean something there.
+fn scalar(title: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | '-' | ' ' | '/' | '(' | ')');
+    match title.chars().all(is_plain) && title.starts_with(char::is_alphabetic) {
+        true => title.to_owned(),
+        false => format!("\"{}\"", title.replace('\\', "\\\\").replace('"', "\\\"")),
     }
 }
 
