@@ -264,7 +264,7 @@ impl<'a> Located<'a> {
     }
 
     /// A fault at its value where that `is_of_value`, else at its key.
-    fn located(&self, Fault { path, diagnostic }: Fault, is_of_value: impl Fn(&[&str]) -> bool) -> Diagnostic {
+    fn located(&self, Fault { path, diagnostic, .. }: Fault, is_of_value: impl Fn(&[&str]) -> bool) -> Diagnostic {
         let path: Vec<&str> = path.iter().map(String::as_str).collect();
         diagnostic.at(if is_of_value(&path) { self.value(&path) } else { self.key(&path) })
     }
