@@ -12,6 +12,10 @@ use crate::observation::{Kinds, Observes, POSITION};
 /// Least noise (m or rad) above zero: below the resolution of any instrument and above the rounding of a metre.
 pub(super) const LEAST_NOISE: f64 = 1e-15;
 
+/// Greatest noise of a length, m: instruments of robot calibration (trackers, cameras, draw wires) reach less, and what is known no better
+/// was not measured.
+pub(super) const GREATEST_NOISE: f64 = 100.0;
+
 /// Faults and doubts of the campaign file alone; `effects` are the names that `calibrate` may list, `kinds` what `observes` may.
 pub fn faults(
     raw: &RawCampaign,
@@ -189,12 +193,19 @@ fn impossible_noise(instrument: &RawInstrument, units: &Units, locate: Locate) -
     stated.extend(instrument.torque.map(|value| (vec!["torque"], value, torque)));
     stated.extend(instrument.ppm.map(|value| (vec!["ppm"], value, 1e-6)));
     // A part of the distance is less than the distance.
-    let greatest = |path: &[&str]| if path == ["ppm"] { 1.0 } else { GREATEST };
+    let greatest = |path: &[&str]| match path {
+        ["ppm"] => 1.0,
+        ["sigma", ..] => GREATEST_NOISE,
+        _ => GREATEST,
+    };
     stated.retain(|(path, value, factor)| !(LEAST_NOISE..=greatest(path)).contains(&(value * factor)));
     let fault = |(path, value, _): (Vec<&str>, f64, f64)| {
         let is_ppm = path == ["ppm"];
         let message = match is_ppm {
             true => format!("`ppm: {value}` of the instrument, where a number above 0 and up to 1e6 is needed"),
+            false if path[0] == "sigma" && value.is_finite() && value * length > GREATEST_NOISE => {
+                format!("the instrument's noise is {value}: more than {GREATEST_NOISE} m is no measurement")
+            }
             false => format!("the instrument's noise is {value}, and must be a finite number above 0"),
         };
         let remedy = match is_ppm {
