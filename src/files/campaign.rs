@@ -157,8 +157,11 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
     let of_pose = is_apart.then(|| sessions_of_poses(&read));
     let references = references(reader, &raw, &place, &document, of_pose.as_ref(), &mut diagnostics);
     let at = document.place_of_value(&["references"]);
+    let with_order = tables.iter().any(|(_, table)| table.has("order"));
     let mut loaded = resolved(&reader.kinds, raw, &document, robot, &read, diagnostics)?;
-    loaded.diagnostics.extend(references.of_another_campaign(&loaded.campaign.poses).map(|found| found.at(at)));
+    let unnumbered = references.unnumbered().filter(|_| is_apart && !with_order);
+    let doubts = references.of_another_campaign(&loaded.campaign.poses).into_iter().chain(unnumbered);
+    loaded.diagnostics.extend(doubts.map(|found| found.at(at.clone())));
     loaded.campaign.references = references;
     fill_noise(&loaded.robot.model, &mut loaded.campaign);
     Ok(loaded)

@@ -14,6 +14,7 @@ mod combinations;
 mod compensation;
 mod compensator;
 mod configurations;
+mod counts;
 mod diagnosis;
 mod errors;
 mod faces;
@@ -54,6 +55,7 @@ pub use compensator::{
     WithUnit,
 };
 pub use configurations::ConfigurationResidual;
+pub use counts::{PartCount, ReadingOrder};
 pub use diagnosis::{
     AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, NoiseFrom, Notes, Refitted, Region, Rejected,
 };
