@@ -48,7 +48,7 @@ impl Reader {
     /// # Errors
     /// Every fault found, located.
     pub fn campaign(&self, file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Diagnostics> {
-        Ok(read_campaign(self, file, robot)?)
+        Ok(read_campaign(self, file, robot, &[])?)
     }
 
     /// Whether a name given for a robot or a campaign is a campaign's: a folder with a `campaign.yaml`, a bundled campaign, or
@@ -137,7 +137,19 @@ pub(super) fn described(reader: &Reader, file: &str, robot: Option<&str>) -> Res
     Ok(Described { raw, document, place, diagnostics, robot })
 }
 
-fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Vec<Diagnostic>> {
+/// A table in the place of a file of measurements, with what holds of it.
+pub(super) struct Made {
+    pub entry: RawEntry,
+    pub csv: String,
+}
+
+/// Reads a campaign; `made` has tables by the position of their entry, in the place of files.
+pub(super) fn read_campaign(
+    reader: &Reader,
+    file: &str,
+    robot: Option<&str>,
+    made: &[Option<Made>],
+) -> Result<LoadedCampaign, Vec<Diagnostic>> {
     let Described { raw, document, place, mut diagnostics, robot } = described(reader, file, robot)?;
     let robot = match robot {
         Ok(robot) => robot,
@@ -147,7 +159,8 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
             return Err(diagnostics);
         }
     };
-    let tables = tables(reader, &raw, &place, &document, &robot, &mut diagnostics);
+    let files = Files { place: &place, document: &document, made };
+    let tables = tables(reader, &raw, &files, &robot, &mut diagnostics);
     let anchors_sound = !document.holds_fault(&["anchors"]);
     if !anchors_sound && diagnostics.iter().any(Diagnostic::is_error) {
         return Err(diagnostics);
@@ -163,7 +176,10 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
     let doubts = references.of_another_campaign(&loaded.campaign.poses).into_iter().chain(unnumbered);
     loaded.diagnostics.extend(doubts.map(|found| found.at(at.clone())));
     loaded.campaign.references = references;
-    fill_noise(&loaded.robot.model, &mut loaded.campaign);
+    // What is not measured does not scatter.
+    if made.is_empty() {
+        fill_noise(&loaded.robot.model, &mut loaded.campaign);
+    }
     Ok(loaded)
 }
 
@@ -259,22 +275,30 @@ fn check_table_files(
     }
 }
 
+/// Where the files of a campaign are.
+struct Files<'a> {
+    place: &'a Place,
+    document: &'a Document,
+    made: &'a [Option<Made>],
+}
+
 /// The tables of measurements that can be read.
 fn tables(
     reader: &Reader,
     raw: &RawCampaign,
-    place: &Place,
-    document: &Document,
+    files: &Files,
     robot: &LoadedRobot,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Vec<(RawEntry, Table)> {
+    let &Files { place, document, made } = files;
     let (mut tables, mut rows) = (Vec::new(), 0);
     let files = table_files(raw, place, document, diagnostics);
     // With a fault in what says how the files are read, their faults would follow from those.
     let mut keys = ["observes", "columns", "ignore", "csv", "orientation", "contacts", "loads", "payloads"].into_iter();
     let is_readable = keys.all(|key| !document.holds_fault(&[key])) && raw.unknown_kinds(&reader.kinds).is_empty();
-    for file in files {
-        let entry = raw.completed(file.entry);
+    for (k, file) in files.into_iter().enumerate() {
+        let made = made.get(k).and_then(Option::as_ref);
+        let entry = made.map_or_else(|| raw.completed(file.entry), |made| made.entry.clone());
         let units = entry.units(raw.units);
         let asked = Asked {
             expected: campaign::expected_columns(raw, &entry, &robot.robot, &reader.kinds),
@@ -283,14 +307,17 @@ fn tables(
             entry: &entry,
         };
         let mut opened = Vec::new();
-        for (path, place) in file.all() {
+        for (path, place) in file.all().filter(|_| made.is_none()) {
             match open(reader, place) {
                 Ok(bytes) => opened.push((place.name(), bytes)),
                 Err(diagnostic) => diagnostics.push(unopened(diagnostic, place_of(document, path))),
             }
         }
+        if let Some(made) = made {
+            opened.push((file.place.name(), Box::new(std::io::Cursor::new(made.csv.clone().into_bytes()))));
+        }
         let declared = faults(&asked, |key| place_of_key(document, &file.path, key));
-        if !is_readable || file.is_unclear(document) || !declared.is_empty() || opened.len() < file.all().count() {
+        if !is_readable || file.is_unclear(document) || !declared.is_empty() || made.is_none() && opened.len() < file.all().count() {
             diagnostics.extend(declared);
             continue;
         }

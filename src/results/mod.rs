@@ -73,7 +73,7 @@ pub use identification::{
 pub use own_weight::OwnWeight;
 pub use parts::{PartErrors, WorstReading};
 pub use place::{Deflections, PlacedPoint, Placement, WorkpieceMove};
-pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose};
+pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose, PlannedReading};
 pub use pose::{Homogeneous, Pose, Poses};
 pub use report::{
     CampaignSummary, ReadingReview, Report, SliceNode, SliceUnits, Sources, StageLabel, StepKey, StiffnessReview,

@@ -256,7 +256,7 @@ struct ConfigurationTable {
 }
 
 /// Columns that `plan` and `compensate` write next to the joints.
-const IGNORED: [&str; 7] = ["pose", "x", "y", "z", "rx", "ry", "rz"];
+const IGNORED: [&str; 8] = ["pose", "file", "x", "y", "z", "rx", "ry", "rz"];
 
 /// Warnings of joints given beyond the description's limits, and of passive joints and sums that they take beyond theirs.
 pub fn beyond_limits(loaded: &LoadedRobot, q: &[f64]) -> Vec<Diagnostic> {
