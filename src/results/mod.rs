@@ -18,6 +18,7 @@ mod counts;
 mod diagnosis;
 mod errors;
 mod faces;
+mod fitted;
 mod fuzzy;
 mod identifiability;
 mod identification;
@@ -75,6 +76,7 @@ pub use parts::{PartErrors, WorstReading};
 pub use place::{Deflections, PlacedPoint, Placement, WorkpieceMove};
 pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose, PlannedReading};
 pub use pose::{Homogeneous, Pose, Poses};
+pub use fitted::FittedReport;
 pub use report::{
     CampaignSummary, ReadingReview, Report, SliceNode, SliceUnits, Sources, StageLabel, StepKey, StiffnessReview,
     StiffnessSlice, Swept, WaterfallStep, stage_label,
