@@ -317,7 +317,11 @@ fn tables(
             opened.push((file.place.name(), Box::new(std::io::Cursor::new(made.csv.clone().into_bytes()))));
         }
         let declared = faults(&asked, |key| place_of_key(document, &file.path, key));
-        if !is_readable || file.is_unclear(document) || !declared.is_empty() || made.is_none() && opened.len() < file.all().count() {
+        if !is_readable
+            || file.is_unclear(document)
+            || !declared.is_empty()
+            || made.is_none() && opened.len() < file.all().count()
+        {
             diagnostics.extend(declared);
             continue;
         }

@@ -111,8 +111,8 @@ pub fn load_robot(name: &str) -> Result<LoadedRobot, Diagnostics> {
 }
 
 pub(super) fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, Vec<Diagnostic>> {
-    let looks_like_file =
-        name.contains(['/', '\\']) || [".yaml", ".yml", ".urdf", ".xml", ".xacro"].iter().any(|end| name.ends_with(end));
+    let looks_like_file = name.contains(['/', '\\'])
+        || [".yaml", ".yml", ".urdf", ".xml", ".xacro"].iter().any(|end| name.ends_with(end));
     if !looks_like_file {
         if bundled_robots().iter().any(|known| known == name) {
             return Ok(Place::Bundled(PathBuf::from(format!("{name}.yaml"))));

@@ -4,10 +4,7 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AssemblyError {
     /// A closed loop does not close.
-    #[error(
-        "loop {} cannot close{branch}: the frames that should meet stay {gap} apart",
-        quoted(name, others)
-    )]
+    #[error("loop {} cannot close{branch}: the frames that should meet stay {gap} apart", quoted(name, others))]
     Loop {
         /// The loop, or the first of those that are closed together.
         name: String,

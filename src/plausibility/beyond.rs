@@ -46,7 +46,9 @@ fn judged(model: &Model, limits: &Limits) -> [Judged; 5] {
         Judged {
             what: "the stated noise of an orientation",
             unit: "rad",
-            of: |reading| (reading.noise.is_stated[1] && reading.observes.angle_rows() > 0).then_some(reading.noise.orientation),
+            of: |reading| {
+                (reading.noise.is_stated[1] && reading.observes.angle_rows() > 0).then_some(reading.noise.orientation)
+            },
             most: limits.loosest_angle,
             limit: "a direction is known at all up to",
             remedy: noise,

@@ -2,8 +2,8 @@
 
 use super::evidence::{Evidence, Limits};
 use super::{
-    amount, approach, beyond, common_factor, deflections, instrument, midway, numerics, other_joints, outlying, parameters,
-    payload, placement, points, readings, sessions, springs, stated_noise, torques,
+    amount, approach, beyond, common_factor, deflections, instrument, midway, numerics, other_joints, outlying,
+    parameters, payload, placement, points, readings, sessions, springs, stated_noise, torques,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};

@@ -62,10 +62,7 @@ fn parts(found: &CampaignCheck) -> String {
             None => lines.push((&own.part, vec![shown])),
         }
     }
-    lines
-        .into_iter()
-        .map(|(part, all)| format!("readings by {part} (configurations): {}\n", all.join(", ")))
-        .collect()
+    lines.into_iter().map(|(part, all)| format!("readings by {part} (configurations): {}\n", all.join(", "))).collect()
 }
 
 /// What says which reading came before which.

@@ -62,7 +62,8 @@ fn poses(found: &Plan, screen: Screen) -> String {
     // What all rows share goes without saying.
     let read: Vec<[String; 2]> = found.poses.iter().map(PlannedPose::kinds_and_files).collect();
     let differs = |k: usize| read.iter().any(|own| own[k] != read[0][k] || own[k].contains(' '));
-    let told: Vec<usize> = (0..2).filter(|&k| differs(k) || k == 1 && read.iter().any(|own| !own[1].is_empty())).collect();
+    let told: Vec<usize> =
+        (0..2).filter(|&k| differs(k) || k == 1 && read.iter().any(|own| !own[1].is_empty())).collect();
     header.extend(told.iter().map(|&k| ["observes", "file"][k]));
     if !all_seen {
         header.push("seen");

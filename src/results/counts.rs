@@ -89,7 +89,9 @@ fn parts_of(campaign: &Campaign, reading: &Reading) -> Vec<(String, String)> {
             add(if is_contact { "contact" } else { "anchor" }, &target.member.0);
         }
         // Sessions and stations are parts of their own.
-        if let Some([group, member]) = target.member.1.as_ref().filter(|[group, _]| group != "session" && group != "station") {
+        if let Some([group, member]) =
+            target.member.1.as_ref().filter(|[group, _]| group != "session" && group != "station")
+        {
             add(group, member);
         }
     }

@@ -61,6 +61,7 @@ pub use diagnosis::{
     AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, NoiseFrom, Notes, Refitted, Region, Rejected,
 };
 pub use errors::{CoordinateErrors, FitOrCheck, OrientationErrors, ReadingErrors};
+pub use fitted::FittedReport;
 pub use fuzzy::{
     AfterFit, ComponentRules, Condition, CrossValidated, FuzzyCompliance, Gain, GreyCompliance, GrowthStep, LoadLevel,
     LocalSpringsFound, MethodComparison, MethodErrors, MethodRow, RigidErrors, RuleBranch, RuleInput, RuleSplit, Timed,
@@ -76,7 +77,6 @@ pub use parts::{PartErrors, WorstReading};
 pub use place::{Deflections, PlacedPoint, Placement, WorkpieceMove};
 pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose, PlannedReading};
 pub use pose::{Homogeneous, Pose, Poses};
-pub use fitted::FittedReport;
 pub use report::{
     CampaignSummary, ReadingReview, Report, SliceNode, SliceUnits, Sources, StageLabel, StepKey, StiffnessReview,
     StiffnessSlice, Swept, WaterfallStep, stage_label,

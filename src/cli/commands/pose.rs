@@ -43,8 +43,7 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
     linear(&loaded.model, command.equilibrium)?;
     let wrench = load.unwrap_or_default();
     let mass = |row: &Carrying| row.payload.map(|payload| payload.mass);
-    let outside =
-        loaded.outside(rows.iter().map(|row| State { payload: mass(row), ..State::new(&row.q, &wrench) }));
+    let outside = loaded.outside(rows.iter().map(|row| State { payload: mass(row), ..State::new(&row.q, &wrench) }));
     loaded.diagnostics.extend(outside);
     // What is carried weighs, and so does the arm that carries it.
     let weight = command.weight || rows.iter().any(|row| row.payload.is_some());

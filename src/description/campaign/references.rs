@@ -135,9 +135,7 @@ impl References {
             let named = sessions.and_then(|all| all.get(row)).filter(|own| !own.is_empty()).or(session);
             let is_numbered = matches!(at[..], [Configuration::Order(_)]);
             self.numbered += usize::from(is_numbered && named.is_none());
-            let of_row = of_pose.and_then(|known| {
-                named.or_else(|| at.iter().find_map(|at| known.get(at)).copied())
-            });
+            let of_row = of_pose.and_then(|known| named.or_else(|| at.iter().find_map(|at| known.get(at)).copied()));
             let name = of_row.map_or_else(|| name.to_owned(), |session| format!("{name}@{session}"));
             let reflector = self.reflectors.iter().position(|own| *own == name).unwrap_or_else(|| {
                 self.reflectors.push(name);

@@ -4,8 +4,8 @@ use super::super::frame::{Frame, FrameIndex, Motion, NEAR_PARALLEL, branches};
 use super::super::raw::{JointKind, LoopKind, Meet, RawLoop, RawRobot};
 use super::super::robot::{Loop, Variable};
 use super::collector::Collector;
-use crate::description::limits::turned;
 use super::drivers::{find, frame_names};
+use crate::description::limits::turned;
 
 /// Loops as declared, every fault reported; then joints that claim a loop and are in none.
 pub fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], diagnostics: &mut Collector) -> Vec<Loop> {

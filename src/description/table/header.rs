@@ -247,7 +247,9 @@ impl Header {
             // Of single letters no other is a misspelling: a longer name is another column.
             let bare = without_unit(title);
             let same = free.clone().find(|ours| *ours == bare);
-            let alike = same.or_else(|| nearest(title, free)).filter(|ours| title.chars().count() > 1 || ours.chars().count() == 1);
+            let alike = same
+                .or_else(|| nearest(title, free))
+                .filter(|ours| title.chars().count() > 1 || ours.chars().count() == 1);
             let remedy = match (meant.or(alike), layout.dialect.of_campaign) {
                 (_, true) if second.is_some() => second.unwrap_or_default(),
                 (Some(ours), true) => format!(

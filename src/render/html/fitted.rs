@@ -24,7 +24,8 @@ pub fn fitted_page(report: &mut FittedReport) -> Result<String, Error> {
     let judged = if found.is_checked() { "check_" } else { "" };
     let from = if is_placed { "registration" } else { "before" };
     let value = if found.judged_unit() == "deg" { "/orientation/rms" } else { "/load/rms" };
-    let answer = page.render("fitted-answer.html", context! { judged, from, value, unit => found.judged_unit(), is_placed });
+    let answer =
+        page.render("fitted-answer.html", context! { judged, from, value, unit => found.judged_unit(), is_placed });
     let sections = [
         errors(report, &page),
         parts::table(found, &page, context! {}),
@@ -52,7 +53,8 @@ fn errors(report: &FittedReport, page: &Page) -> Option<Section> {
     let all = sets(&report.identify.residuals);
     let sets = all.iter().filter(|(_, _, errors)| errors.is_some());
     let sets: Vec<_> = sets.map(|(label, key, _)| context! { label => *label, key => *key }).collect();
-    let has = |of: fn(&ReadingErrors) -> bool| all.iter().filter_map(|(_, _, errors)| **errors).any(|errors| of(&errors));
+    let has =
+        |of: fn(&ReadingErrors) -> bool| all.iter().filter_map(|(_, _, errors)| **errors).any(|errors| of(&errors));
     let (angles, loads) = (has(|errors| errors.orientation.is_some()), has(|errors| errors.load.is_some()));
     let norm = |all: &Vec<f64>| all.iter().map(|v| v * v).sum::<f64>().sqrt();
     let readings = || report.readings.iter().enumerate();

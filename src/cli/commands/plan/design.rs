@@ -120,7 +120,9 @@ pub fn partly_measured(
 fn as_evaluated(raw: &RawCampaign, model: &Model, row: Cells) -> Cells {
     let prefix = raw.joints.map(|source| source.prefix());
     let named = |(name, cell): (String, String)| match prefix {
-        Some(prefix) if model.variables.iter().any(|variable| variable.name == name) => (format!("{prefix}.{name}"), cell),
+        Some(prefix) if model.variables.iter().any(|variable| variable.name == name) => {
+            (format!("{prefix}.{name}"), cell)
+        }
         _ if name == "pose" => (name, format!("to be measured {cell}")),
         _ => (name, cell),
     };
@@ -220,7 +222,8 @@ fn files_of(raw: &RawCampaign, campaign: &Campaign, ways: &[Vec<Reading>]) -> Ve
         let entry = entries.get(campaign.files.iter().position(|(_, end)| reading.row <= *end)?)?;
         let session = campaign.sessions.names.get(reading.session.session)?;
         let is_of_session = |entry: &RawEntry| entry.session.as_ref().is_none_or(|own| own == session);
-        let alike = || entries.iter().find(|other| other.session.as_ref() == Some(session) && other.observes == entry.observes);
+        let alike =
+            || entries.iter().find(|other| other.session.as_ref() == Some(session) && other.observes == entry.observes);
         let entry = if is_of_session(entry) { Some(entry) } else { alike() };
         entry.filter(|_| entries.len() > 1).map(|entry| entry.file.clone())
     };
