@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use super::campaign::{Described, LoadedCampaign, Made, described, read_campaign, resolved};
+use super::campaign::{Described, LoadedCampaign, described, read_campaign, resolved};
 use super::place::Place;
 use super::reader::Reader;
 use super::readings::{Asked, read};
 use super::robot::LoadedRobot;
+use super::tables::Made;
 use crate::description::campaign::expected_columns;
 use crate::description::campaign::raw::{RawCampaign, RawEntry};
 use crate::description::table::{Table, workbook_name};

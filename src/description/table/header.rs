@@ -6,6 +6,7 @@ use super::orientation::{NUMBERED, Orientation, VECTOR, also_written, undeclared
 use super::points;
 use super::row::{Delimiter, Row, Writing};
 use super::source::Source;
+use super::titles::{scalar, synonym, without_unit};
 use crate::diagnostic::{Code, Diagnostic, Place, nearest};
 use std::io::Read;
 
@@ -271,28 +272,6 @@ fn twice(titles: &[String], names: &[&str]) -> bool {
     names.iter().all(|name| titles.iter().filter(|title| title == name).count() > 1)
 }
 
-/// What instruments and controllers call some of our columns.
-const SYNONYMS: [(&str, &str); 12] = [
-    ("sequence", "order"),
-    ("seq", "order"),
-    ("number", "order"),
-    ("no", "order"),
-    ("nr", "order"),
-    ("index", "order"),
-    ("timestamp", "time"),
-    ("t", "time"),
-    ("temp", "temperature"),
-    ("name", "pose"),
-    ("point", "marker"),
-    ("target", "marker"),
-];
-
-/// Our column that is often called so.
-fn synonym(title: &str) -> Option<&'static str> {
-    let plain = title.to_lowercase();
-    SYNONYMS.iter().find(|(known, _)| *known == plain).map(|(_, ours)| *ours)
-}
-
 /// What to do about a column of an orientation that the file writes in two ways.
 fn second_way(titles: &[String], title: &str, declared: Orientation) -> Option<String> {
     let (names, declare) = also_written(titles, title)?;
@@ -396,24 +375,6 @@ fn missing(
                 "add it, or rename the column that holds it".to_owned()
             })
         }
-    }
-}
-
-/// A title without the unit behind it in brackets: `q1` of `q1 [deg]` and `q1 (deg)`.
-fn without_unit(title: &str) -> &str {
-    let bare = [('[', ']'), ('(', ')')].into_iter().find_map(|(open, close)| {
-        let (bare, unit) = title.strip_suffix(close)?.split_once(open)?;
-        (!unit.is_empty()).then_some(bare.trim_end())
-    });
-    bare.filter(|bare| !bare.is_empty()).unwrap_or(title)
-}
-
-/// A title as it is written in YAML within braces: quoted where it holds signs that mean something there.
-fn scalar(title: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | '-' | ' ' | '/' | '(' | ')');
-    match title.chars().all(is_plain) && title.starts_with(char::is_alphabetic) {
-        true => title.to_owned(),
-        false => format!("\"{}\"", title.replace('\\', "\\\\").replace('"', "\\\"")),
     }
 }
 

@@ -31,7 +31,7 @@ pub fn run(
     let other = command.against.as_deref().map(|name| other(name, &command.campaign, &loaded, session)).transpose()?;
     let bar = session.terminal.bar(None, "{spinner} {msg}");
     let (started, settings) = (Instant::now(), Settings::default());
-    let found = calibrate(model, campaign, held_out, &settings, &mut |_: &_| bar.set_message("calibrating"))
+    let found = calibrate(model, campaign, held_out, &settings, &mut |_: &_| bar.set_message("calibrating".into()))
         .map_err(|error| not_computed(error.into(), model, campaign, session))?;
     drop(bar);
     let mut identify = Identification::new(model, campaign, &found, started.elapsed().as_secs_f64());
