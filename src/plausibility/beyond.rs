@@ -3,7 +3,7 @@
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::total_length;
 use super::shown::number;
-use crate::description::campaign::Reading;
+use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::{Code, Diagnostic, Place};
 use crate::model::Model;
 
@@ -27,17 +27,31 @@ pub(super) fn within_reason(evidence: &Evidence, limits: &Limits) -> Vec<Diagnos
     judged(evidence.model, limits).iter().filter_map(|judged| beyond(evidence, judged)).collect()
 }
 
-fn judged(model: &Model, limits: &Limits) -> [Judged; 5] {
+/// Lengths of the robot from which noise is not even that of readings in another unit: a millimetre taken for a metre is about one of them.
+const FAR_BEYOND: f64 = 10.0;
+
+/// Whether the stated noise of some lengths is so far beyond the robot's own that these readings place nothing.
+pub(super) fn is_noise_beyond(model: &Model, campaign: &Campaign) -> bool {
+    let most = FAR_BEYOND * reach(model);
+    campaign.readings.iter().filter_map(noise_of_lengths).any(|sigma| sigma > most)
+}
+
+/// The greatest noise that a reading states of its lengths, m.
+fn noise_of_lengths(reading: &Reading) -> Option<f64> {
+    let is_stated = reading.noise.is_stated[0] && reading.observes.length_rows() > 0;
+    is_stated.then(|| reading.noise.position.iter().copied().fold(0.0, f64::max))
+}
+
+fn judged(model: &Model, limits: &Limits) -> [Judged; 4] {
     let (reach, weight) = (reach(model), weight(model));
     let force = if weight > 0.0 { limits.force.min(limits.force_of_weight * weight) } else { limits.force };
-    let length = |reading: &Reading| reading.noise.is_stated[0].then(|| largest(&reading.noise.position));
     let noise = "give one standard deviation, in the campaign's units (`instrument: {sigma: ..}`, the column `sigma`)";
     let load = "check the value, and the units of force and torque: a force of a tool seldom exceeds the weight that an arm carries";
     [
         Judged {
             what: "the stated noise of a coordinate",
             unit: "m",
-            of: length,
+            of: noise_of_lengths,
             most: reach,
             limit: "the lengths of the robot together are",
             remedy: noise,
@@ -53,15 +67,6 @@ fn judged(model: &Model, limits: &Limits) -> [Judged; 5] {
             limit: "a direction is known at all up to",
             remedy: noise,
             figure: "sigma_rad",
-        },
-        Judged {
-            what: "what the noise grows by with the distance",
-            unit: "ppm",
-            of: |reading| Some(1e6 * reading.noise.ppm),
-            most: limits.ppm,
-            limit: "a tape measure has",
-            remedy: "give parts per million of the distance: 10 of a tracker is 0.01 mm in a metre",
-            figure: "ppm",
         },
         Judged {
             what: "a force on the tool",
@@ -103,10 +108,6 @@ fn beyond(evidence: &Evidence, judged: &Judged) -> Option<Diagnostic> {
     let place = campaign.file(reading).filter(|_| reading.line > 0).map(|file| Place::line_of(file, reading.line));
     let diagnostic = Diagnostic::warning(message).code(Code::Doubtful).at(place);
     Some(diagnostic.remedy(judged.remedy).figure(judged.figure, value))
-}
-
-fn largest(all: &[f64]) -> f64 {
-    all.iter().copied().fold(0.0, f64::max)
 }
 
 /// Weight of the bodies of a robot as described, N; 0 where it declares none, or no gravity.

@@ -160,9 +160,6 @@ pub struct Limits {
     /// Greatest stated noise of an orientation that is believed, rad: directions at random are apart by pi / 2 in the mean, and the half
     /// of it hardly says more.
     pub loosest_angle: f64,
-    /// Greatest part of the distance that noise grows by, parts per million: 1 mm in a metre. Tape measures of the coarsest class (III of
-    /// the directive 2014/32/EU, annex X) are off by at most 0.4 mm for each metre, and 0.6 mm.
-    pub ppm: f64,
     /// Greatest force on a tool that is believed, N: a hundred tons, as great presses have. The strongest industrial arms carry 2.3 t.
     pub force: f64,
     /// The same of robots with masses, in their own weights: arms carry at most a few times that.
@@ -215,7 +212,6 @@ impl Default for Limits {
             wrong_share: 0.25,
             shared_least: 1e-3,
             loosest_angle: std::f64::consts::FRAC_PI_4,
-            ppm: 1000.0,
             force: 1e6,
             force_of_weight: 1e3,
         }

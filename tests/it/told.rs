@@ -100,7 +100,7 @@ fn all_that_is_wrong_with_an_effect_is_said() {
 fn noise_and_loads_beyond_reason_are_doubted_and_noise_beyond_all_is_refused() {
     for (instrument, code, words) in [
         ("sigma: 50000", Some("doubtful"), "the stated noise of a coordinate is 50 m"),
-        ("sigma: 0.02\n  ppm: 60000", Some("doubtful"), "60000 ppm"),
+        ("sigma: 0.02\n  ppm: 60000", Some("doubtful"), "`ppm: 60000` of the instrument"),
         ("sigma: 0.02\n  ppm: 900", None, ""),
     ] {
         let folder = campaign();
@@ -211,7 +211,7 @@ fn a_quiet_file_holds_the_warnings() {
     let ran = run(folder.path(), &["check", "c", "--quiet", "--output", "said.txt"]);
     assert_eq!((ran.status, ran.out.as_str(), ran.err.as_str()), (0, "", ""));
     let said = std::fs::read_to_string(folder.path().join("said.txt")).expect("a file");
-    assert!(said.contains("NOTE (doubtful): what the noise grows by"), "{said}");
+    assert!(said.contains("NOTE (doubtful): `ppm: 60000` of the instrument"), "{said}");
     run(folder.path(), &["check", "c", "--output", "said.txt"]);
     let said = std::fs::read_to_string(folder.path().join("said.txt")).expect("a file");
     assert!(!said.contains("NOTE"), "{said}");

@@ -55,6 +55,28 @@ fn what_is_not_measured_is_planned_beside_what_is() {
     assert!(table.lines().next().is_some_and(|header| header.split(',').any(|name| name == "file")), "{table}");
 }
 
+#[test]
+fn a_payload_that_no_row_carries_is_planned_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    write(at, "arm.yaml", ARM);
+    let held = "robot: arm.yaml\nunits: {length: mm, angle: deg}\nobserves: torque\ninstrument: {torque: 0.1}\n\
+                torques: {q1: {gain: unknown}, q2: {}}\nmeasurements: measurements.csv\n";
+    write(at, "held.yaml", held);
+    printed_json(at, &["simulate", "held.yaml", "--poses", "12", "--into", "m"]);
+    let path = at.join("m/campaign.yaml");
+    let text = std::fs::read_to_string(&path).expect("read");
+    std::fs::write(&path, text + "payloads: {block: {mass: 20}}\n").expect("written");
+    let arguments = ["plan", "m", "--poses", "6", "--criterion", "D"];
+    let found = printed_json(at, &arguments);
+    let carried = |found: &Value| {
+        let rows = found["poses"].as_array().expect("poses").iter();
+        rows.filter(|row| row["names"]["payload"] == "block").count()
+    };
+    // A load of its own tells the gain of a sensor better than none.
+    assert!(carried(&found) > 0, "{}", found["poses"]);
+}
+
 const ARM: &str = "units: {length: mm, angle: deg, rotational_stiffness: N.m/rad}
 variables: [q1, q2]
 gravity: [0, -9.81, 0]

@@ -1,8 +1,11 @@
 //! `report`: a campaign in one self-contained HTML file.
 
 mod fitted;
+mod sources;
 
 use std::path::{Path, PathBuf};
+
+use sources::sources;
 
 use super::diagnose::{Described, worse_than_found};
 use super::identify::{compared, holds_lengths, left_to_fit, not_computed, other};
@@ -12,10 +15,10 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::diagnostic::Code;
 use crate::estimation::{Settings, split};
-use crate::files::{LoadedCampaign, is_device, writable};
+use crate::files::{is_device, writable};
 use crate::plausibility::{Evidence, Limits, doubts, forced, judge, judge_result};
 use crate::render::html::write;
-use crate::results::{CombinedParameters, Report, Sources};
+use crate::results::{CombinedParameters, Report};
 use crate::review::review;
 
 /// Share of the configurations held out where the campaign does not say, as `identify` does.
@@ -74,15 +77,6 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     }
     output.page("\nreport", page.as_deref(), html);
     Ok(output)
-}
-
-/// Commands that find the same.
-fn sources(command: &Asked, session: &Session, loaded: &LoadedCampaign) -> Sources {
-    let mut given = command.campaign.clone();
-    given += &command.robot.as_ref().map_or(String::new(), |robot| format!(" --robot {robot}"));
-    given += &if session.seed() == 1 { String::new() } else { format!(" --seed {}", session.seed()) };
-    let robot = command.robot.clone().or(loaded.raw.robot.clone()).unwrap_or_default();
-    Sources::new(&given, &robot)
 }
 
 /// Where the page goes: `--output`, or the usual name; none where JSON is asked for.

@@ -16,6 +16,10 @@ pub(super) const LEAST_NOISE: f64 = 1e-15;
 /// was not measured.
 pub(super) const GREATEST_NOISE: f64 = 100.0;
 
+/// Greatest part of the distance by which noise is believed to grow, parts per million: 1 mm in a metre. Tape measures of the coarsest class
+/// (III of the directive 2014/32/EU, annex X) are off by at most 0.4 mm for each metre, and 0.6 mm.
+const COARSEST: f64 = 1000.0;
+
 /// Faults and doubts of the campaign file alone; `effects` are the names that `calibrate` may list, `kinds` what `observes` may.
 pub fn faults(
     raw: &RawCampaign,
@@ -163,7 +167,16 @@ fn instrument(
     let observes = kinds(entry, known).first().copied().unwrap_or(POSITION);
     let mut faults = impossible_noise(stated, &entry.units(Units::default()), &locate);
     faults.extend(noise_by_axis(stated, observes, &locate));
+    faults.extend(coarse(stated, &locate));
     faults
+}
+
+/// A noise that grows by more of the distance than that of any instrument.
+fn coarse(instrument: &RawInstrument, locate: Locate) -> Option<Diagnostic> {
+    let ppm = instrument.ppm.filter(|ppm| *ppm > COARSEST && *ppm <= 1e6)?;
+    let message = format!("`ppm: {ppm}` of the instrument is beyond reason: a tape measure has less than {COARSEST}");
+    let diagnostic = Diagnostic::warning(message).code(Code::Doubtful).at(locate(&["instrument", "ppm"]));
+    Some(diagnostic.remedy("give parts per million of the distance: 10 of a tracker is 0.01 mm in a metre"))
 }
 
 /// A single length has no noise by axis.

@@ -6,7 +6,7 @@ use crate::cli::args::Plan;
 use crate::cli::commands::designed::{Cells, Wanted, all_rows, blank, plain, sheet as table_of, variety};
 use crate::cli::session::Session;
 use crate::description::campaign::raw::{RawCampaign, RawEntry};
-use crate::description::campaign::{Campaign, InSession, Reading, Sharing, names};
+use crate::description::campaign::{Campaign, InSession, Payload, Reading, Sharing, names};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{RegistrationSettings, registered};
 use crate::files::{Design as CampaignFile, LoadedCampaign, LoadedRobot};
@@ -194,6 +194,7 @@ fn continued(command: &Plan, file: &CampaignFile, own: Continued) -> Result<Camp
         ));
     }
     ways.iter_mut().flatten().for_each(|reading| reading.session.session = session);
+    ways.extend(not_yet_carried(&file.raw, &campaign, &ways));
     let robot = LoadedRobot { model, ..loaded.robot };
     let mut assumed = String::new();
     if campaign.sessions.is_several() {
@@ -305,6 +306,30 @@ fn ways(campaign: &Campaign, is_own: impl Fn(&Reading) -> bool) -> Vec<Vec<Readi
         all.push(way);
     }
     all
+}
+
+/// The same with each payload that the campaign file declares and no row carries; a file may say of all its rows what they carry.
+fn not_yet_carried(raw: &RawCampaign, campaign: &Campaign, ways: &[Vec<Reading>]) -> Vec<Vec<Reading>> {
+    let entries = raw.measurements.as_ref().map_or(&[][..], |all| &all.0);
+    let is_open = |reading: &Reading| {
+        let entry = campaign.files.iter().position(|(_, end)| reading.row <= *end).and_then(|k| entries.get(k));
+        entry.is_some_and(|entry| entry.payload.is_none())
+    };
+    let is_new = |(name, payload): &&(String, Payload)| {
+        raw.payloads.contains_key(name) && campaign.readings.iter().all(|reading| reading.payload != Some(*payload))
+    };
+    let open: Vec<&Vec<Reading>> = ways.iter().filter(|way| way.iter().all(is_open)).collect();
+    let mut more: Vec<Vec<Reading>> = Vec::new();
+    for (_, payload) in campaign.payloads.iter().filter(is_new) {
+        for way in &open {
+            let own: Vec<Reading> = way.iter().map(|reading| Reading { payload: Some(*payload), ..*reading }).collect();
+            // Of ways that differ by what they carry alone one is enough.
+            if !more.contains(&own) {
+                more.push(own);
+            }
+        }
+    }
+    more
 }
 
 /// Where fixtures and anchors of unknown place are assumed to be, in the robot's units.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use super::super::identify::{NO_LENGTHS, compared, not_computed, other};
-use super::sources;
+use super::sources::sources;
 use crate::Error;
 use crate::cli::args::Report as Asked;
 use crate::cli::output::Output;
