@@ -190,6 +190,10 @@ fn deliver(session: &Session, output: &Output) -> Result<(), Error> {
     let arguments = session.arguments;
     let text = match arguments.format {
         Format::Text if output.verbatim => output.text.clone(),
+        // A file holds what the quiet error stream does not show.
+        Format::Text if arguments.quiet && arguments.output.is_some() => {
+            inert_lines(&(output.with_doubts() + &output.notes()))
+        }
         Format::Text => inert_lines(&output.with_doubts()),
         Format::Json if output.json.is_null() => String::new(),
         Format::Json => serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n",

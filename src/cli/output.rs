@@ -71,6 +71,17 @@ impl Output {
         if doubts.is_empty() { self.text.clone() } else { format!("{doubts}\n{}", self.text) }
     }
 
+    /// Warnings that cast no doubt on the figures, as lines: for a file, where nothing else shows them.
+    pub fn notes(&self) -> String {
+        let others = self.diagnostics.iter().filter(|diagnostic| !diagnostic.code.is_about_figures());
+        let note = |diagnostic: &Diagnostic| {
+            let remedy = diagnostic.remedy.as_ref().map_or(String::new(), |remedy| format!("  {remedy}\n"));
+            format!("NOTE ({}): {}\n{remedy}", diagnostic.code.name(), diagnostic.message)
+        };
+        let notes: String = others.map(note).collect();
+        if notes.is_empty() { notes } else { format!("\n{notes}") }
+    }
+
     /// The JSON, with the list of diagnostics.
     pub fn with_diagnostics(&self) -> Result<serde_json::Value, Error> {
         let mut json = self.json.clone();

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::robot::Variable;
-use super::units::Units;
+use super::units::{Angle, Units};
 use crate::diagnostic::{Diagnostic, Place};
 
 /// Beyond its limits by less than this (rad or m) a value counts as rounded.
@@ -38,7 +38,8 @@ pub fn beyond<'a>(
         } else {
             ("lengths", units.length.symbol(), units.length.factor())
         };
-        let turn = whole_turns(variable, value).map(|turns| shown(turns * TAU / factor));
+        let turns = variable.limits.filter(|_| variable.is_angle).and_then(|limits| whole_turns(value, limits));
+        let turn = turns.map(|turns| shown(turns * TAU / factor));
         let [low, high] = variable.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]).map(|v| shown(v / factor));
         let value = shown(value / factor);
         let name = &variable.name;
@@ -61,9 +62,17 @@ pub fn beyond<'a>(
     .collect()
 }
 
-/// Whole turns by which an angle beyond its limits is off, where without them it is within.
-fn whole_turns(variable: &Variable, value: f64) -> Option<f64> {
-    let [low, high] = variable.limits.filter(|_| variable.is_angle)?;
+/// A warning of an angle (rad) that is whole turns beyond its limits (rad), shown in units of `unit`; `what` names it with its value.
+pub fn turned(what: &str, value: f64, limits: [f64; 2], unit: Angle) -> Option<Diagnostic> {
+    let turn = whole_turns(value, limits)? * TAU;
+    let [turn, low, high] = [turn, limits[0], limits[1]].map(|angle| shown(angle / unit.factor()));
+    let symbol = unit.symbol();
+    let message = format!("{what} is whole turns beyond the limits of that joint, {low} .. {high} {symbol}");
+    Some(Diagnostic::warning(message).remedy(format!("take {turn} {symbol} off it")))
+}
+
+/// Whole turns by which an angle beyond its limits (rad) is off, where without them it is within.
+fn whole_turns(value: f64, [low, high]: [f64; 2]) -> Option<f64> {
     let turns = ((value - 0.5 * (low + high)) / TAU).round();
     let within = value - turns * TAU;
     (turns != 0.0 && (low - ROUNDED..=high + ROUNDED).contains(&within)).then_some(turns)

@@ -7,13 +7,14 @@ use super::allowed::not_allowed;
 use super::calibrated::{without_conditions, without_constants};
 use super::place::{CAMPAIGNS, KEYS_OF_CAMPAIGN, Place, inside, open};
 use super::reader::Reader;
-use super::readings::{Asked, faults, read};
+use super::readings::{Asked, read};
 use super::robot::{LoadedRobot, Without, find_robot, read_robot};
 use super::schema_line::name_schema;
-use crate::description::campaign::raw::{RawCampaign, RawCsv, RawEntry};
+use super::tables::{Files, Made, check_table_files, tables, unopened};
+use crate::description::campaign::raw::{RawCampaign, RawEntry};
 use crate::description::campaign::{self, Campaign, Configuration, References, Sharing};
 use crate::description::limits::READINGS;
-use crate::description::table::{Table, too_many};
+use crate::description::table::Table;
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
 use crate::model::usually_calibrated;
@@ -48,7 +49,7 @@ impl Reader {
     /// # Errors
     /// Every fault found, located.
     pub fn campaign(&self, file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Diagnostics> {
-        Ok(read_campaign(self, file, robot)?)
+        Ok(read_campaign(self, file, robot, &[])?)
     }
 
     /// Whether a name given for a robot or a campaign is a campaign's: a folder with a `campaign.yaml`, a bundled campaign, or
@@ -137,7 +138,13 @@ pub(super) fn described(reader: &Reader, file: &str, robot: Option<&str>) -> Res
     Ok(Described { raw, document, place, diagnostics, robot })
 }
 
-fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Vec<Diagnostic>> {
+/// Reads a campaign; `made` has tables by the position of their entry, in the place of files.
+pub(super) fn read_campaign(
+    reader: &Reader,
+    file: &str,
+    robot: Option<&str>,
+    made: &[Option<Made>],
+) -> Result<LoadedCampaign, Vec<Diagnostic>> {
     let Described { raw, document, place, mut diagnostics, robot } = described(reader, file, robot)?;
     let robot = match robot {
         Ok(robot) => robot,
@@ -147,7 +154,8 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
             return Err(diagnostics);
         }
     };
-    let tables = tables(reader, &raw, &place, &document, &robot, &mut diagnostics);
+    let files = Files { place: &place, document: &document, made };
+    let tables = tables(reader, &raw, &files, &robot, &mut diagnostics);
     let anchors_sound = !document.holds_fault(&["anchors"]);
     if !anchors_sound && diagnostics.iter().any(Diagnostic::is_error) {
         return Err(diagnostics);
@@ -157,10 +165,16 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
     let of_pose = is_apart.then(|| sessions_of_poses(&read));
     let references = references(reader, &raw, &place, &document, of_pose.as_ref(), &mut diagnostics);
     let at = document.place_of_value(&["references"]);
+    let with_order = tables.iter().any(|(_, table)| table.has("order"));
     let mut loaded = resolved(&reader.kinds, raw, &document, robot, &read, diagnostics)?;
-    loaded.diagnostics.extend(references.of_another_campaign(&loaded.campaign.poses).map(|found| found.at(at)));
+    let unnumbered = references.unnumbered().filter(|_| is_apart && !with_order);
+    let doubts = references.of_another_campaign(&loaded.campaign.poses).into_iter().chain(unnumbered);
+    loaded.diagnostics.extend(doubts.map(|found| found.at(at.clone())));
     loaded.campaign.references = references;
-    fill_noise(&loaded.robot.model, &mut loaded.campaign);
+    // What is not measured does not scatter.
+    if made.is_empty() {
+        fill_noise(&loaded.robot.model, &mut loaded.campaign);
+    }
     Ok(loaded)
 }
 
@@ -230,83 +244,6 @@ fn with_remedy(mut found: Vec<Diagnostic>, file: &str) -> Vec<Diagnostic> {
     found
 }
 
-/// Of a file that a campaign names, and that cannot be opened.
-fn unopened(mut diagnostic: Diagnostic, at: impl Into<Option<crate::diagnostic::Place>>) -> Diagnostic {
-    diagnostic
-        .remedy
-        .get_or_insert_with(|| "correct the name; the file is sought in the folder of the campaign".into());
-    diagnostic.at(at)
-}
-
-/// Diagnostics on files of measurements that cannot be opened. Their columns are not checked: that needs the robot's
-/// variables.
-fn check_table_files(
-    reader: &Reader,
-    raw: &RawCampaign,
-    place: &Place,
-    document: &Document,
-    diagnostics: &mut Vec<Diagnostic>,
-) {
-    for file in table_files(raw, place, document, diagnostics) {
-        for (path, place) in file.all() {
-            if let Err(diagnostic) = open(reader, place) {
-                diagnostics.push(unopened(diagnostic, place_of(document, path)));
-            }
-        }
-    }
-}
-
-/// The tables of measurements that can be read.
-fn tables(
-    reader: &Reader,
-    raw: &RawCampaign,
-    place: &Place,
-    document: &Document,
-    robot: &LoadedRobot,
-    diagnostics: &mut Vec<Diagnostic>,
-) -> Vec<(RawEntry, Table)> {
-    let (mut tables, mut rows) = (Vec::new(), 0);
-    let files = table_files(raw, place, document, diagnostics);
-    // With a fault in what says how the files are read, their faults would follow from those.
-    let mut keys = ["observes", "columns", "ignore", "csv", "orientation", "contacts", "loads"].into_iter();
-    let is_readable = keys.all(|key| !document.holds_fault(&[key])) && raw.unknown_kinds(&reader.kinds).is_empty();
-    for file in files {
-        let entry = raw.completed(file.entry);
-        let units = entry.units(raw.units);
-        let asked = Asked {
-            expected: campaign::expected_columns(raw, &entry, &robot.robot, &reader.kinds),
-            variables: robot.robot.variables.iter().map(|variable| variable.name.as_str()).collect(),
-            units: &units,
-            entry: &entry,
-        };
-        let mut opened = Vec::new();
-        for (path, place) in file.all() {
-            match open(reader, place) {
-                Ok(bytes) => opened.push((place.name(), bytes)),
-                Err(diagnostic) => diagnostics.push(unopened(diagnostic, place_of(document, path))),
-            }
-        }
-        let declared = faults(&asked, |key| place_of_key(document, &file.path, key));
-        if !is_readable || !declared.is_empty() || opened.len() < file.all().count() {
-            diagnostics.extend(declared);
-            continue;
-        }
-        match read(&asked, opened) {
-            Ok(table) => {
-                rows += table.row_count();
-                let most = entry.csv.as_ref().and_then(|csv| csv.max_rows).unwrap_or(RawCsv::MOST_ROWS);
-                if rows > most {
-                    diagnostics.push(too_many(most).at(place_of(document, &file.path)));
-                    break;
-                }
-                tables.push((entry, table));
-            }
-            Err(mut found) => diagnostics.append(&mut found),
-        }
-    }
-    tables
-}
-
 /// The fixed reflectors of a campaign.
 fn references(
     reader: &Reader,
@@ -357,59 +294,4 @@ fn sessions_of_poses<'t>(tables: &'t [(RawEntry, &'t Table)]) -> HashMap<Configu
         }
     }
     found.into_iter().filter_map(|(configuration, session)| Some((configuration, session?))).collect()
-}
-
-/// A file of measurements, and that of its joints where there is one; with the keys of the campaign file that name them.
-struct File<'r> {
-    path: Vec<String>,
-    place: Place,
-    joints: Option<(Vec<String>, Place)>,
-    entry: &'r RawEntry,
-}
-
-impl File<'_> {
-    fn all(&self) -> impl Iterator<Item = (&Vec<String>, &Place)> {
-        std::iter::once((&self.path, &self.place)).chain(self.joints.iter().map(|(path, place)| (path, place)))
-    }
-}
-
-fn place_of(document: &Document, path: &[String]) -> Option<crate::diagnostic::Place> {
-    document.place_of_value(&path.iter().map(String::as_str).collect::<Vec<_>>())
-}
-
-/// Where a key of the entry of a file stands.
-fn place_of_key(document: &Document, file: &[String], key: &str) -> Option<crate::diagnostic::Place> {
-    let mut path: Vec<&str> = file.iter().map(String::as_str).filter(|part| *part != "file").collect();
-    path.push(key);
-    document.place_of_value(&path)
-}
-
-/// The files of measurements; a diagnostic where there are none.
-fn table_files<'r>(
-    raw: &'r RawCampaign,
-    place: &Place,
-    document: &Document,
-    diagnostics: &mut Vec<Diagnostic>,
-) -> Vec<File<'r>> {
-    let entries = raw.measurements.as_ref().map_or(&[][..], |all| &all.0);
-    let has = |path: &[&str]| document.has(path);
-    let path = |k: usize, key: &str| {
-        let number = k.to_string();
-        let paths = [&["measurements", &number, key][..], &["measurements", key], &["measurements", &number]];
-        let named = paths.into_iter().find(|path| has(path)).unwrap_or(&["measurements"]);
-        named.iter().map(ToString::to_string).collect::<Vec<String>>()
-    };
-    let file = |(k, entry): (usize, &'r RawEntry)| {
-        let joints = entry.joints.as_ref().map(|joints| (path(k, "joints"), place.next_to(joints)));
-        File { path: path(k, "file"), place: place.next_to(&entry.file), joints, entry }
-    };
-    let files: Vec<File> = entries.iter().enumerate().map(file).collect();
-    if files.is_empty() && !document.explains_absence(&["measurements"]) {
-        diagnostics.push(
-            Diagnostic::error("the campaign names no measurements")
-                .at(document.place_of_value(&["measurements"]))
-                .remedy("add `measurements: file.csv`"),
-        );
-    }
-    files
 }

@@ -1,13 +1,16 @@
 //! Campaign files of which nothing is measured yet: what they say of readings to come, for simulation and planning.
 
-use super::campaign::{Described, LoadedCampaign, described, resolved};
+use std::path::Path;
+
+use super::campaign::{Described, LoadedCampaign, described, read_campaign, resolved};
 use super::place::Place;
 use super::reader::Reader;
 use super::readings::{Asked, read};
 use super::robot::LoadedRobot;
+use super::tables::Made;
 use crate::description::campaign::expected_columns;
 use crate::description::campaign::raw::{RawCampaign, RawEntry};
-use crate::description::table::Table;
+use crate::description::table::{Table, workbook_name};
 use crate::description::yaml::Document;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::observation::Kinds;
@@ -47,14 +50,32 @@ impl Reader {
 }
 
 impl Design {
-    /// Whether there is none of its files of readings.
-    pub fn is_unmeasured(&self) -> bool {
-        let Place::Disk(_) = &self.place else { return false };
+    /// Of each of its files of readings, whether nothing is measured yet: there is no such file, or it holds a header alone.
+    pub fn unmeasured(&self) -> Vec<bool> {
         let entries = self.raw.measurements.iter().flat_map(|all| &all.0);
-        entries.map(|entry| self.place.next_to(&entry.file)).all(|file| match file {
-            Place::Disk(path) => !path.exists(),
-            Place::Bundled(_) => false,
-        })
+        entries.map(|entry| is_unmeasured(&self.place.next_to(&entry.file))).collect()
+    }
+
+    /// Whether nothing is measured yet.
+    pub fn is_unmeasured(&self) -> bool {
+        self.unmeasured().into_iter().all(|one| one)
+    }
+
+    /// The campaign read again by `reader` from its name (and another robot's), with tables (CSV) of `raw`, which has the same entries, in the
+    /// place of those of its files of which nothing is measured.
+    ///
+    /// # Errors
+    /// Every fault found, located.
+    pub fn continued(
+        &self,
+        reader: &Reader,
+        [file, robot]: [Option<&str>; 2],
+        raw: &RawCampaign,
+        tables: Vec<String>,
+    ) -> Result<LoadedCampaign, Diagnostics> {
+        let made = raw.entries().into_iter().zip(tables).zip(self.unmeasured());
+        let made = made.map(|((entry, csv), is_unmeasured)| is_unmeasured.then_some(Made { entry, csv }));
+        Ok(read_campaign(reader, file.unwrap_or_default(), robot, &made.collect::<Vec<_>>())?)
     }
 
     /// The campaign that `raw` (its file, with other files of readings) and these tables (CSV) in the order of its
@@ -80,4 +101,18 @@ impl Design {
         let read: Vec<(RawEntry, &Table)> = entries.into_iter().zip(&found).collect();
         Ok(resolved(&self.kinds, raw, &self.document, self.robot.clone(), &read, self.diagnostics.clone())?)
     }
+}
+
+/// Whether a file of readings is not there, or is a text of one line at most.
+fn is_unmeasured(place: &Place) -> bool {
+    const FEW_BYTES: u64 = 64 << 10;
+    let Place::Disk(path) = place else { return false };
+    let workbook = path.to_str().and_then(workbook_name).map(|(workbook, _)| Path::new(workbook));
+    let Ok(file) = std::fs::metadata(workbook.unwrap_or(path)) else { return !workbook.unwrap_or(path).exists() };
+    if workbook.is_some() || !file.is_file() || file.len() > FEW_BYTES {
+        return false;
+    }
+    let text = std::fs::read(path).unwrap_or_default();
+    let lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    lines.filter(|line| !line.is_empty() && !line.starts_with(b"#")).count() <= 1
 }

@@ -15,6 +15,7 @@ mod schema_line;
 #[cfg(feature = "cli")]
 mod signals;
 mod start;
+mod tables;
 #[cfg(feature = "cli")]
 mod write;
 

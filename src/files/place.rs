@@ -89,7 +89,7 @@ impl Place {
 
     pub(super) fn is_urdf(&self) -> bool {
         let (Self::Disk(path) | Self::Bundled(path)) = self;
-        path.extension().is_some_and(|extension| extension == "urdf" || extension == "xml")
+        path.extension().is_some_and(|extension| ["urdf", "xml", "xacro"].iter().any(|end| extension == *end))
     }
 }
 

@@ -15,7 +15,7 @@ use crate::description::ur_kinematics::{self, is_ur_kinematics};
 use crate::description::validity::State;
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place as Location, nearest};
-use crate::kinematics::{AssemblyError, Geometry};
+use crate::kinematics::{AssemblyError, Gap, Geometry};
 use crate::model::{Fault, Model, build, contradictions};
 use crate::prediction::FittedUncertainty;
 
@@ -111,8 +111,8 @@ pub fn load_robot(name: &str) -> Result<LoadedRobot, Diagnostics> {
 }
 
 pub(super) fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, Vec<Diagnostic>> {
-    let looks_like_file =
-        name.contains(['/', '\\']) || [".yaml", ".yml", ".urdf", ".xml"].iter().any(|end| name.ends_with(end));
+    let looks_like_file = name.contains(['/', '\\'])
+        || [".yaml", ".yml", ".urdf", ".xml", ".xacro"].iter().any(|end| name.ends_with(end));
     if !looks_like_file {
         if bundled_robots().iter().any(|known| known == name) {
             return Ok(Place::Bundled(PathBuf::from(format!("{name}.yaml"))));
@@ -264,7 +264,7 @@ impl<'a> Located<'a> {
     }
 
     /// A fault at its value where that `is_of_value`, else at its key.
-    fn located(&self, Fault { path, diagnostic }: Fault, is_of_value: impl Fn(&[&str]) -> bool) -> Diagnostic {
+    fn located(&self, Fault { path, diagnostic, .. }: Fault, is_of_value: impl Fn(&[&str]) -> bool) -> Diagnostic {
         let path: Vec<&str> = path.iter().map(String::as_str).collect();
         diagnostic.at(if is_of_value(&path) { self.value(&path) } else { self.key(&path) })
     }
@@ -354,10 +354,9 @@ const ROUNDED: f64 = 1e-4;
 /// calibrated constants leave such gaps.
 fn open_loops(raw: &RawRobot, geometry: &Geometry, texts: &Located) -> Vec<Diagnostic> {
     let is_said = |name: &str| raw.loops.get(name).is_some_and(|own| own.gap.is_some());
-    let open = geometry.open_loops().filter(|(name, gap)| *gap > ROUNDED && !is_said(name));
-    let warning = |(name, gap): (&str, f64)| {
-        let message =
-            format!("loop `{name}` stays {gap:.1e} m (or rad) open, and is closed in the least-squares sense");
+    let open = geometry.open_loops().filter(|(name, gap)| gap.greatest() > ROUNDED && !is_said(name));
+    let warning = |(name, gap): (&str, Gap)| {
+        let message = format!("loop `{name}` stays {gap} open, and is closed in the least-squares sense");
         let remedy = "check lengths and constants of the loop; declare `gap` where that is meant";
         Diagnostic::warning(message).at(texts.key(&["loops", name])).remedy(remedy)
     };

@@ -4,17 +4,14 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AssemblyError {
     /// A closed loop does not close.
-    #[error(
-        "loop {} cannot close{branch}: the frames that should meet stay {gap:.3e} m (or rad) apart",
-        quoted(name, others)
-    )]
+    #[error("loop {} cannot close{branch}: the frames that should meet stay {gap} apart", quoted(name, others))]
     Loop {
         /// The loop, or the first of those that are closed together.
         name: String,
         /// The others that are closed together with it.
         others: Vec<String>,
-        /// Smallest gap reached, m or rad.
-        gap: f64,
+        /// Smallest gap reached.
+        gap: Gap,
         /// What was said about the branch.
         branch: &'static str,
     },
@@ -59,6 +56,39 @@ pub enum AssemblyError {
         /// Number given.
         found: usize,
     },
+}
+
+/// How far the frames of a loop are from meeting: the greatest components of what stays between them.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Gap {
+    /// m.
+    pub length: f64,
+    /// rad; 0 where the loop meets at points alone.
+    pub angle: f64,
+}
+
+impl Gap {
+    /// The greater of both numbers.
+    pub fn greatest(&self) -> f64 {
+        self.length.max(self.angle)
+    }
+
+    /// Counts a component of what stays open.
+    pub(super) fn add(&mut self, component: f64, is_angle: bool) {
+        let size = if component.is_nan() { f64::INFINITY } else { component.abs() };
+        let own = if is_angle { &mut self.angle } else { &mut self.length };
+        *own = own.max(size);
+    }
+}
+
+impl std::fmt::Display for Gap {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match (self.length, self.angle) {
+            (length, 0.0) => write!(f, "{length:.3e} m"),
+            (0.0, angle) => write!(f, "{angle:.3e} rad"),
+            (length, angle) => write!(f, "{length:.3e} m and {angle:.3e} rad"),
+        }
+    }
 }
 
 /// A joint and its value.

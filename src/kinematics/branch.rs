@@ -6,7 +6,7 @@
 //! (Allgower and Georg 1990, predictor and corrector). What lies behind such a position is refused, because errors of the
 //! links far below a tolerance decide which assembly a real linkage takes there.
 
-use super::assembly_error::{AssemblyError, At};
+use super::assembly_error::{AssemblyError, At, Gap};
 use super::closure::{ANYHOW, ClosedLoops, Last, Scratch};
 use super::constants::Constants;
 use super::linear;
@@ -257,15 +257,16 @@ impl ClosedLoops {
         self.set(&self.group.inputs, target, joints);
         let beyond: Vec<f64> =
             lost.unknowns.iter().zip(&self.reference).map(|(lost, from)| 2.0 * lost - from).collect();
-        let mut least = f64::INFINITY;
+        let mut least = Gap { length: f64::INFINITY, angle: 0.0 };
         for start in [&lost.unknowns, &beyond, &self.reference] {
             self.set(&self.group.unknowns, start, joints);
-            least = least.min(self.newton(constants, joints, ANYHOW, scratch).err().unwrap_or(0.0));
-            if least <= OPEN {
+            let gap = self.newton(constants, joints, ANYHOW, scratch).err().unwrap_or_default();
+            least = if gap.greatest() < least.greatest() { gap } else { least };
+            if least.greatest() <= OPEN {
                 break;
             }
         }
-        if least > OPEN {
+        if least.greatest() > OPEN {
             return Err(self.failure(least, ""));
         }
         let moving: Vec<usize> = (0..target.len()).filter(|&k| target[k] != self.inputs[k]).collect();

@@ -1,7 +1,7 @@
 //! Generic loop closure: Newton on the cut joints, from the declared branch. Whether what it finds belongs to that branch
 //! is the matter of [`super::branch`].
 
-use super::assembly_error::AssemblyError;
+use super::assembly_error::{AssemblyError, Gap};
 use super::constants::Constants;
 use super::linearisation::Linearisation;
 use super::planar::GroundLink;
@@ -72,8 +72,8 @@ pub struct ClosedLoops {
     jacobian: Vec<f64>,
     /// Change of the unknowns at the reference by each input, row-major: unknowns x inputs.
     pub(super) rates: Vec<f64>,
-    /// Gap that stays at the reference, m (or rad).
-    open: f64,
+    /// Gap that stays at the reference.
+    open: Gap,
 }
 
 /// Most steps of Newton's method, and how often one is halved: as many as may help from afar.
@@ -97,7 +97,7 @@ impl ClosedLoops {
             determinant: 1.0,
             jacobian: Vec::new(),
             rates: Vec::new(),
-            open: 0.0,
+            open: Gap::default(),
         };
         let mut joints = Vec::new();
         constants.direct_joints(&group.at, &mut joints);
@@ -135,13 +135,13 @@ impl ClosedLoops {
         }
     }
 
-    pub(super) fn failure(&self, gap: f64, branch: &'static str) -> AssemblyError {
+    pub(super) fn failure(&self, gap: Gap, branch: &'static str) -> AssemblyError {
         let mut names = self.group.loops.iter().map(|plan| plan.name.clone());
         AssemblyError::Loop { name: names.next().unwrap_or_default(), others: names.collect(), gap, branch }
     }
 
-    /// The gap that stays where the branch is declared, m (or rad), with the name of the (first) loop.
-    pub fn open(&self) -> (&str, f64) {
+    /// The gap that stays where the branch is declared, with the name of the (first) loop.
+    pub fn open(&self) -> (&str, Gap) {
         (self.group.loops.first().map_or("", |plan| &plan.name), self.open)
     }
 
@@ -176,7 +176,7 @@ impl ClosedLoops {
         joints: &mut [f64],
         [steps, halvings]: [usize; 2],
         scratch: &mut Scratch,
-    ) -> Result<f64, f64> {
+    ) -> Result<f64, Gap> {
         let n = self.group.unknowns.len();
         let mut best = self.evaluate(constants, joints, scratch);
         for _ in 0..steps {
@@ -191,14 +191,19 @@ impl ClosedLoops {
             let mut factor = f64::min(1.0, 0.7 / largest.max(1e-300));
             scratch.trial.clear();
             scratch.trial.extend(self.group.unknowns.iter().map(|&frame| joints[frame]));
-            let mut gap = f64::INFINITY;
+            let mut gap = Gap { length: f64::INFINITY, angle: 0.0 };
+            let is_closer = |gap: &Gap, best: &Gap| {
+                let gap = gap.greatest();
+                gap < best.greatest() || gap < CLOSED || gap <= self.group.gap
+            };
             for _ in 0..halvings {
                 for (k, &frame) in self.group.unknowns.iter().enumerate() {
                     joints[frame] = scratch.trial[k] - factor * scratch.step[k];
                 }
                 if factor == 1.0 && largest < SMALL_STEP {
                     // Quadratic convergence: what is left is the step's square. Over-constrained loops keep their gap.
-                    return if best < CLOSED || best <= self.group.gap || self.group.equations == n && best < 1e-6 {
+                    let left = best.greatest();
+                    return if left < CLOSED || left <= self.group.gap || self.group.equations == n && left < 1e-6 {
                         Ok(self.quality(determinant, &scratch.matrix))
                     } else {
                         Err(best)
@@ -206,12 +211,12 @@ impl ClosedLoops {
                 }
                 gap = self.evaluate(constants, joints, scratch);
                 // What no unknown moves stays, and hides how much closer the rest is.
-                if gap < best || gap < CLOSED || gap <= self.group.gap {
+                if is_closer(&gap, &best) {
                     break;
                 }
                 factor *= 0.5;
             }
-            if !(gap < best || gap < CLOSED || gap <= self.group.gap) {
+            if !is_closer(&gap, &best) {
                 return Err(best);
             }
             best = gap;
@@ -219,8 +224,8 @@ impl ClosedLoops {
         Err(best)
     }
 
-    /// Residual (returned as its largest component) and Jacobian by the unknowns, into the scratch.
-    pub(super) fn evaluate(&self, constants: &Constants, joints: &[f64], scratch: &mut Scratch) -> f64 {
+    /// Residual (returned as its largest components) and Jacobian by the unknowns, into the scratch.
+    pub(super) fn evaluate(&self, constants: &Constants, joints: &[f64], scratch: &mut Scratch) -> Gap {
         let n = self.group.unknowns.len();
         scratch.matrix.clear();
         scratch.matrix.resize(self.group.equations * n, 0.0);
@@ -228,11 +233,16 @@ impl ClosedLoops {
         scratch.residual.resize(self.group.equations, 0.0);
         scratch.drive.clear();
         scratch.drive.resize(self.group.equations, 0.0);
+        let mut gap = Gap::default();
         for at in 0..self.group.loops.len() {
             let plan = &self.group.loops[at];
+            // Components of a position first, then those of a rotation.
+            let lengths = if plan.kind == LoopKind::Planar { 2 } else { 3 };
             self.linearise(constants, at, joints, false, &mut scratch.linearisation);
             let found = &scratch.linearisation;
-            scratch.residual[plan.row..plan.row + found.rows].copy_from_slice(&found.residual[..found.rows]);
+            let residual = &found.residual[..found.rows];
+            residual.iter().enumerate().for_each(|(k, component)| gap.add(*component, k >= lengths));
+            scratch.residual[plan.row..plan.row + found.rows].copy_from_slice(residual);
             for (frame, column) in &found.joints {
                 if let Some(k) = self.group.unknowns.iter().position(|unknown| unknown == frame) {
                     for (row, value) in column[..found.rows].iter().enumerate() {
@@ -246,7 +256,7 @@ impl ClosedLoops {
                 }
             }
         }
-        scratch.residual.iter().fold(0.0, |m, r| if r.is_nan() { f64::INFINITY } else { m.max(r.abs()) })
+        gap
     }
 
     /// Residual and derivatives of one loop of the group.

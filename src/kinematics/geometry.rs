@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Rotation3, Translation3, Vector3};
 
-use super::assembly_error::AssemblyError;
+use super::assembly_error::{AssemblyError, Gap};
 use super::closure::{ClosedLoops, Scratch};
 use super::constants::Constants;
 use super::transform::Transform;
@@ -55,9 +55,9 @@ impl<'m> Geometry<'m> {
         Self::new(model, &model.registry.nominal())
     }
 
-    /// The gap (m or rad) that each loop keeps where its branch is declared, with its name: over-constrained loops are closed
+    /// The gap that each loop keeps where its branch is declared, with its name: over-constrained loops are closed
     /// in the least-squares sense.
-    pub fn open_loops(&self) -> impl Iterator<Item = (&str, f64)> {
+    pub fn open_loops(&self) -> impl Iterator<Item = (&str, Gap)> {
         self.loops.iter().map(ClosedLoops::open)
     }
 

@@ -21,7 +21,7 @@ mod slider_crank;
 mod spatial;
 mod transform;
 
-pub use assembly_error::{AssemblyError, At};
+pub use assembly_error::{AssemblyError, At, Gap};
 pub use denavit_hartenberg::{DenavitHartenberg, Link as DhLink, NoSeries, denavit_hartenberg};
 pub use geometry::{Geometry, Placements};
 pub use inverse::{Hold, InverseError, InverseSettings, Solution, Target, solve};

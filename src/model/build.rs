@@ -68,7 +68,7 @@ fn switch_on(model: &mut Model, robot: &Robot) -> Result<(), Vec<Fault>> {
     for (k, raw) in robot.effects.iter().enumerate() {
         match model.resolve_effect(raw) {
             Ok(entry) => model.switch_on(entry),
-            Err(fault) => faults.push(fault.within(&["effects", &k.to_string()])),
+            Err(fault) => faults.extend(fault.within(&["effects", &k.to_string()]).each()),
         }
     }
     if faults.is_empty() { Ok(()) } else { Err(faults) }

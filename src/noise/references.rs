@@ -49,7 +49,7 @@ pub struct ReferenceNoise {
 /// let at = |epoch: usize, reflector: usize| Vector3::new(1.0 + 1e-3 * epoch as f64, 2.0 * reflector as f64, 0.0);
 /// let reading = |epoch, reflector| ReferenceReading { epoch, reflector, position: at(epoch, reflector) };
 /// let readings = vec![reading(0, 0), reading(0, 1), reading(1, 0), reading(1, 1)];
-/// let references = References { reflectors: vec!["a".into(), "b".into()], epochs: 2, readings, poses: Vec::new() };
+/// let references = References { reflectors: vec!["a".into(), "b".into()], epochs: 2, readings, ..References::default() };
 /// let found = reference_noise(&references).expect("measured twice");
 /// assert!(found.noise.sigma < 1e-9);
 /// assert!((found.motion.expect("two reflectors").greatest - 0.5e-3).abs() < 1e-9);

@@ -38,6 +38,8 @@ pub struct Design {
     /// Readings that are made together at one configuration; a configuration gets the ones that serve best. Those of a contact
     /// are of configurations at which the ball touches.
     pub ways: Vec<Vec<Reading>>,
+    /// File of each of these readings, as the campaign names it; `None` where it names one file alone, or none for a new session.
+    pub files: Vec<Vec<Option<String>>>,
     /// Values at which is planned, by slot, SI: where base, tool and what readings refer to are about.
     pub values: Vec<f64>,
 }

@@ -2,8 +2,8 @@
 
 use super::evidence::{Evidence, Limits};
 use super::{
-    amount, approach, common_factor, deflections, instrument, midway, numerics, other_joints, outlying, parameters,
-    payload, placement, points, readings, sessions, springs, stated_noise, torques,
+    amount, approach, beyond, common_factor, deflections, instrument, midway, numerics, other_joints, outlying,
+    parameters, payload, placement, points, readings, sessions, springs, stated_noise, torques,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
@@ -40,6 +40,12 @@ pub const CHECKS: &[Check] = &[
         of_result: false,
         about: "deflections are of the order of those of the declared springs",
         find: deflections::as_large_as_declared,
+    },
+    Check {
+        codes: &[Code::Doubtful],
+        of_result: false,
+        about: "stated noise and applied loads are such as instruments and arms have",
+        find: beyond::within_reason,
     },
     Check {
         codes: &[Code::Implausible],

@@ -160,6 +160,13 @@ pub struct Limits {
     /// Least shared error that is spoken of, in standard deviations of the stated noise: simulated readings without noise
     /// leave rounding.
     pub shared_least: f64,
+    /// Greatest stated noise of an orientation that is believed, rad: directions at random are apart by pi / 2 in the mean, and the half
+    /// of it hardly says more.
+    pub loosest_angle: f64,
+    /// Greatest force on a tool that is believed, N: a hundred tons, as great presses have. The strongest industrial arms carry 2.3 t.
+    pub force: f64,
+    /// The same of robots with masses, in their own weights: arms carry at most a few times that.
+    pub force_of_weight: f64,
 }
 
 impl Default for Limits {
@@ -208,6 +215,9 @@ impl Default for Limits {
             outlying_open: 30.0,
             wrong_share: 0.25,
             shared_least: 1e-3,
+            loosest_angle: std::f64::consts::FRAC_PI_4,
+            force: 1e6,
+            force_of_weight: 1e3,
         }
     }
 }

@@ -7,6 +7,7 @@
 
 mod amount;
 mod approach;
+mod beyond;
 mod changes;
 mod checks;
 mod common_factor;

@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::beyond::is_noise_beyond;
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::{Hypothesis, total_length};
 use super::outlying;
@@ -43,7 +44,8 @@ pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<D
 
 fn all_together(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let (model, campaign) = (evidence.model, evidence.campaign);
-    if campaign.is_difference() || campaign.readings.is_empty() {
+    // What a noise far beyond the robot itself does not place, hundreds of ways to read the files would not either; it is doubted as such.
+    if campaign.is_difference() || campaign.readings.is_empty() || is_noise_beyond(model, campaign) {
         return Vec::new();
     }
     let trials = Trials::new(model, campaign, limits);

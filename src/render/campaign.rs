@@ -18,7 +18,9 @@ pub fn campaign(found: &CampaignCheck, screen: Screen) -> String {
     let sets = [("fit", found.sets.fit), ("check", found.sets.check), ("unassigned", found.sets.unassigned)];
     let sets: Vec<String> =
         sets.iter().filter(|(_, count)| *count > 0).map(|(name, count)| format!("{name} {count}")).collect();
-    let _ = writeln!(out, "readings by set: {}\n", sets.join(", "));
+    let _ = writeln!(out, "readings by set: {}", sets.join(", "));
+    out += &parts(found);
+    let _ = writeln!(out, "order of the readings: {}\n", order(found));
     let header = ["variable", "unit", "least", "most", "limits", "covered", "beyond"];
     out += &screen.table(&header, found.joints.iter().map(|(name, range)| row(name, range)));
     out += "\n";
@@ -48,6 +50,30 @@ pub fn campaign(found: &CampaignCheck, screen: Screen) -> String {
     }
     let _ = writeln!(out, "{}", found.own_weight.of_readings());
     out + &estimated(found)
+}
+
+/// Readings of sessions, stations, files, contacts and placements, with the configurations at which they were taken.
+fn parts(found: &CampaignCheck) -> String {
+    let mut lines: Vec<(&str, Vec<String>)> = Vec::new();
+    for own in &found.parts {
+        let shown = format!("{} {} ({})", own.name, own.readings, own.configurations);
+        match lines.last_mut().filter(|(part, _)| *part == own.part) {
+            Some((_, all)) => all.push(shown),
+            None => lines.push((&own.part, vec![shown])),
+        }
+    }
+    lines.into_iter().map(|(part, all)| format!("readings by {part} (configurations): {}\n", all.join(", "))).collect()
+}
+
+/// What says which reading came before which.
+fn order(found: &CampaignCheck) -> &'static str {
+    match found.order.by {
+        "order" => "the column `order`",
+        "time" => "the column `time`",
+        "stated-rows" => "the rows of the files, as `order: rows` says",
+        "unknown" => "not known, as `order: unknown` says",
+        _ => "the rows of the files, since nothing says another (a column `order` or `time`, or `order: unknown`)",
+    }
 }
 
 /// The noise stated, and what is known of it without the robot.

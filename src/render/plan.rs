@@ -59,10 +59,16 @@ fn poses(found: &Plan, screen: Screen) -> String {
         }
     }
     header.extend(&columns);
+    // What all rows share goes without saying.
+    let read: Vec<[String; 2]> = found.poses.iter().map(PlannedPose::kinds_and_files).collect();
+    let differs = |k: usize| read.iter().any(|own| own[k] != read[0][k] || own[k].contains(' '));
+    let told: Vec<usize> =
+        (0..2).filter(|&k| differs(k) || k == 1 && read.iter().any(|own| !own[1].is_empty())).collect();
+    header.extend(told.iter().map(|&k| ["observes", "file"][k]));
     if !all_seen {
         header.push("seen");
     }
-    let row = |pose: &PlannedPose| {
+    let row = |(pose, read): (&PlannedPose, &[String; 2])| {
         let mut row = vec![pose.pose.clone()];
         let joints = pose.joints.values().zip(&found.variables);
         row.extend(joints.map(|(q, (_, is_angle))| format!("{:.2}", shown(*q, *is_angle))));
@@ -70,10 +76,11 @@ fn poses(found: &Plan, screen: Screen) -> String {
             row.extend(pose.wrench.iter().map(|w| format!("{w}")));
         }
         row.extend(columns.iter().map(|name| pose.names.get(*name).cloned().unwrap_or_default()));
+        row.extend(told.iter().map(|&k| read[k].clone()));
         if !all_seen {
             row.push(pose.markers.join(" "));
         }
         row
     };
-    screen.table(&header, found.poses.iter().map(row))
+    screen.table(&header, found.poses.iter().zip(&read).map(row))
 }

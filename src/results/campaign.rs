@@ -4,6 +4,7 @@
 use indexmap::IndexMap;
 use serde::Serialize;
 
+use super::counts::{PartCount, ReadingOrder, part_counts};
 use super::identification::NoiseSources;
 use super::own_weight::OwnWeight;
 use super::units::{deg, mm, shown, shown_unit};
@@ -182,6 +183,10 @@ pub struct CampaignCheck {
     /// Readings by marker; `TCP` is the tool centre point.
     pub markers: IndexMap<String, usize>,
     pub sets: Sets,
+    /// What says which reading came before which.
+    pub order: ReadingOrder,
+    /// Readings by session, station, file, contact, placement, anchor and payload, where there are such.
+    pub parts: Vec<PartCount>,
     pub unit: &'static str,
     pub joints: IndexMap<String, JointRange>,
     /// Which joints the model is evaluated at: `plain` columns, `commanded` or `recorded`; `None` where the files give no others.
@@ -236,6 +241,8 @@ impl CampaignCheck {
             configurations: poses.len(),
             markers,
             sets: Sets { fit: count(Some(false)), check: count(Some(true)), unassigned: count(None) },
+            order: ReadingOrder::new(campaign),
+            parts: part_counts(campaign),
             unit: "mm",
             joints: (0..model.variables.len()).map(|k| (variable(k).into(), range(model, campaign, k))).collect(),
             evaluated_at: has_others.then_some(evaluated_at),

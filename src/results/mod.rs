@@ -14,9 +14,11 @@ mod combinations;
 mod compensation;
 mod compensator;
 mod configurations;
+mod counts;
 mod diagnosis;
 mod errors;
 mod faces;
+mod fitted;
 mod fuzzy;
 mod identifiability;
 mod identification;
@@ -54,10 +56,12 @@ pub use compensator::{
     WithUnit,
 };
 pub use configurations::ConfigurationResidual;
+pub use counts::{PartCount, ReadingOrder};
 pub use diagnosis::{
     AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, NoiseFrom, Notes, Refitted, Region, Rejected,
 };
 pub use errors::{CoordinateErrors, FitOrCheck, OrientationErrors, ReadingErrors};
+pub use fitted::FittedReport;
 pub use fuzzy::{
     AfterFit, ComponentRules, Condition, CrossValidated, FuzzyCompliance, Gain, GreyCompliance, GrowthStep, LoadLevel,
     LocalSpringsFound, MethodComparison, MethodErrors, MethodRow, RigidErrors, RuleBranch, RuleInput, RuleSplit, Timed,
@@ -71,7 +75,7 @@ pub use identification::{
 pub use own_weight::OwnWeight;
 pub use parts::{PartErrors, WorstReading};
 pub use place::{Deflections, PlacedPoint, Placement, WorkpieceMove};
-pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose};
+pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose, PlannedReading};
 pub use pose::{Homogeneous, Pose, Poses};
 pub use report::{
     CampaignSummary, ReadingReview, Report, SliceNode, SliceUnits, Sources, StageLabel, StepKey, StiffnessReview,

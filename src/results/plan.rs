@@ -6,9 +6,10 @@ use serde::Serialize;
 use super::identifiability::Reduction;
 use super::own_weight::OwnWeight;
 use super::units::{half_width_95, mm, unit};
-use crate::description::campaign::names;
+use crate::description::campaign::{Reading, names};
+use crate::math::distinct;
 use crate::model::Model;
-use crate::planning::{Planned, Request};
+use crate::planning::{Design, Planned, Request};
 
 /// A configuration to measure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -19,9 +20,31 @@ pub struct PlannedPose {
     pub wrench: [f64; 6],
     /// Markers seen there; `TCP` is the tool centre point.
     pub markers: Vec<String>,
+    /// What is read there, of a campaign that says it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub readings: Vec<PlannedReading>,
     /// Of a campaign with contacts, payloads or sessions: what is touched, carried, and in which session, by column.
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
     pub names: IndexMap<String, String>,
+}
+
+/// A reading at a configuration to measure.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct PlannedReading {
+    /// What it is, as `observes:` names it.
+    pub observes: &'static str,
+    /// The file of the campaign to which it belongs, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+}
+
+impl PlannedPose {
+    /// What is read there, each kind once, and the files to which it belongs.
+    pub fn kinds_and_files(&self) -> [String; 2] {
+        let kinds = distinct(self.readings.iter().map(|reading| reading.observes));
+        let files = distinct(self.readings.iter().filter_map(|reading| reading.file.as_deref()));
+        [kinds.join(" "), files.join(" ")]
+    }
 }
 
 /// Position error after compensation, rms at the test poses, mm.
@@ -91,6 +114,7 @@ impl Plan {
             joints: model.variables.iter().zip(&station.q).map(|(v, q)| (v.name.clone(), *q)).collect(),
             wrench: station.load,
             markers: station.markers.iter().map(marker).collect(),
+            readings: request.design.as_ref().map_or_else(Vec::new, |design| readings(design, station.way)),
             names: request.design.as_ref().map_or_else(IndexMap::new, |design| {
                 names(&design.campaign, design.ways.get(station.way).map_or(&[][..], Vec::as_slice))
             }),
@@ -122,4 +146,14 @@ impl Plan {
             variables: model.variables.iter().map(|v| (v.name.clone(), v.is_angle)).collect(),
         }
     }
+}
+
+/// What is read together, and the file of each.
+fn readings(design: &Design, way: usize) -> Vec<PlannedReading> {
+    let (Some(readings), Some(files)) = (design.ways.get(way), design.files.get(way)) else { return Vec::new() };
+    let one = |(reading, file): (&Reading, &Option<String>)| PlannedReading {
+        observes: reading.observes.name(),
+        file: file.clone(),
+    };
+    readings.iter().zip(files).map(one).collect()
 }

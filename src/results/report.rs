@@ -244,22 +244,26 @@ impl Report {
 
 impl CampaignSummary {
     fn new(review: &Review) -> Self {
-        let campaign = review.campaign;
+        Self::of(review.model, review.campaign, review.held_out)
+    }
+
+    /// Of a campaign of which some readings are held out.
+    pub fn of(model: &Model, campaign: &Campaign, held_out: &[bool]) -> Self {
         let poses: Vec<usize> = distinct(campaign.readings.iter().map(|reading| reading.pose));
         Self {
             name: campaign.name.clone(),
-            robot: review.model.name.clone(),
+            robot: model.name.clone(),
             observes: campaign.observes,
             readings: campaign.readings.len(),
             poses: poses.len(),
-            set_aside: review.held_out.iter().filter(|held_out| **held_out).count(),
+            set_aside: held_out.iter().filter(|held_out| **held_out).count(),
             sigma: campaign.sigma.map(|sigma| sigma.map(mm)),
             unit: "mm",
             calibrate: campaign.calibrate.clone(),
             without: campaign.without.clone(),
             estimate_base: campaign.estimate_base,
             estimate_tool: campaign.estimate_tool,
-            own_weight: OwnWeight::of_campaign(review.model, &review.model.registry.nominal(), campaign),
+            own_weight: OwnWeight::of_campaign(model, &model.registry.nominal(), campaign),
         }
     }
 }

@@ -107,7 +107,20 @@ fn every_page_is_in_the_book_and_every_link_leads_somewhere() {
 #[test]
 fn words_and_all_effects_are_explained() {
     let folder = tempfile::tempdir().expect("a folder");
-    let words = ["rank", "dropped", "shrinkage", "look-alike", "identifiable", "registration", "Partly Explained"];
+    let words = [
+        "rank",
+        "dropped",
+        "shrinkage",
+        "look-alike",
+        "identifiable",
+        "registration",
+        "Partly Explained",
+        "ppm",
+        "socket",
+        "inclination",
+        "references",
+        "scatter",
+    ];
     let effects = elastogeo::effects::Catalogue::standard();
     for word in words.into_iter().chain(effects.names()).chain(["outliers"]) {
         let ran = run(folder.path(), &["explain", word]);

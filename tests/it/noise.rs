@@ -30,7 +30,12 @@ fn drawn(seed: u64, drift: Vector3<f64>, turn: f64) -> References {
             readings.push(ReferenceReading { epoch, reflector, position });
         }
     }
-    References { reflectors: ["a", "b", "c", "d"].map(String::from).to_vec(), epochs: 30, readings, poses: Vec::new() }
+    References {
+        reflectors: ["a", "b", "c", "d"].map(String::from).to_vec(),
+        epochs: 30,
+        readings,
+        ..References::default()
+    }
 }
 
 fn found(references: &References) -> ReferenceNoise {

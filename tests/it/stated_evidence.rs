@@ -279,7 +279,7 @@ const REFUSED: [Refused; 12] = [
         "observes: inclination\nmeasurements: {file: r.csv, mount: yes}\n",
         "q1,q2,gx,gy,gz\n0,0,0,0,1\n",
         1,
-        &["c.yaml:4", "write `unknown`"],
+        &["c.yaml:4", "or `unknown`, found `yes`"],
     ),
 ];
 

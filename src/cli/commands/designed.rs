@@ -77,18 +77,31 @@ pub fn blank(
 ) -> Result<LoadedCampaign, Error> {
     markers(&design.robot.model, wanted.markers)?;
     let mut tables = Vec::new();
-    let mut poses = 0;
-    let entries = raw.measurements.iter().flat_map(|all| &all.0).enumerate();
-    for ((k, entry), configurations) in entries.zip(configurations) {
-        let runs = wanted.runs.get(k).map_or(&[][..], Vec::as_slice);
-        let rows = rows(design, &raw, &raw.completed(entry), wanted, &Asked { configurations, poses, runs });
-        poses += configurations.len();
+    for rows in all_rows(design, &raw, wanted, configurations) {
         tables.push(sheet(&rows).csv(0..rows.len())?);
     }
     let mut found = design.measured(raw, &tables)?;
     // Repeats are copies of each other until they are measured.
     found.diagnostics.retain(|diagnostic| diagnostic.code != Code::SuspectReadings);
     Ok(found)
+}
+
+/// Rows of each file, as [`blank`] reads them.
+pub fn all_rows(
+    design: &Design,
+    raw: &RawCampaign,
+    wanted: &Wanted,
+    configurations: &[Vec<Vec<f64>>],
+) -> Vec<Vec<Cells>> {
+    let mut all = Vec::new();
+    let mut poses = 0;
+    let entries = raw.measurements.iter().flat_map(|all| &all.0).enumerate();
+    for ((k, entry), configurations) in entries.zip(configurations) {
+        let runs = wanted.runs.get(k).map_or(&[][..], Vec::as_slice);
+        all.push(rows(design, raw, &raw.completed(entry), wanted, &Asked { configurations, poses, runs }));
+        poses += configurations.len();
+    }
+    all
 }
 
 /// Rows of a CSV that name joints, and what is touched or carried with them.

@@ -397,16 +397,19 @@ fn unfitted(campaign: &Campaign, held_out: &[bool]) -> Option<(&'static str, Str
     )
 }
 
+/// Why a campaign of angles or torques alone is not diagnosed.
+pub const NO_LENGTHS: &str = "the readings hold no lengths, in which a diagnosis compares effects";
+
+/// Whether a campaign is not of angles or torques alone.
+pub fn holds_lengths(campaign: &Campaign) -> bool {
+    campaign.readings.iter().any(|reading| reading.observes.length_rows() > 0)
+}
+
 /// Refuses a campaign of angles or torques alone, in which effects are not compared.
 pub fn has_lengths(campaign: &Campaign) -> Result<(), Error> {
-    if campaign.readings.iter().any(|reading| reading.observes.length_rows() > 0) {
-        return Ok(());
-    }
-    Err(Error::input(
-        "the readings hold no lengths, in which a diagnosis compares effects",
-        "`identify` fits angles or torques alone and shows what is left of them; a diagnosis needs positions, poses, distances, contacts or \
-         deflections beside them",
-    ))
+    let remedy = "`identify` fits angles or torques alone and shows what is left of them, and `report` writes a page of it; a diagnosis needs \
+                  positions, poses, distances, contacts or deflections beside them";
+    if holds_lengths(campaign) { Ok(()) } else { Err(Error::input(NO_LENGTHS, remedy)) }
 }
 
 /// Only `count` of the configurations that would be fitted, drawn with the seed, and all those to check.

@@ -210,7 +210,14 @@ fn planned_for(command: &Plan, session: &Session, seed: u64) -> Result<Option<Ca
         Some(name) => (name, Some(command.robot.as_str())),
     };
     let file = session.reader.design(name, robot)?;
-    let loaded = if file.is_unmeasured() { None } else { Some(session.reader.campaign(name, robot)?) };
+    let unmeasured = file.unmeasured();
+    let loaded = match unmeasured.iter().any(|one| !one) || unmeasured.is_empty() {
+        true if unmeasured.contains(&true) => {
+            return design::partly_measured(command, &file, [Some(name), robot], session).map(Some);
+        }
+        true => Some(session.reader.campaign(name, robot)?),
+        false => None,
+    };
     // Points seen by an instrument are planned as without a campaign.
     let is_plain = |campaign: &Campaign| {
         let one = |reading: &Reading| {

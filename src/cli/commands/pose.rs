@@ -10,9 +10,9 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{joints, wrench};
 use crate::compensation::Refusal;
-use crate::description::campaign::WRENCH;
+use crate::description::campaign::{Campaign, Payload, WRENCH};
 use crate::description::limits::beyond;
-use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, read_table};
+use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
 use crate::description::validity::State;
 use crate::diagnostic::{Diagnostic, Place};
 use crate::files::{LoadedRobot, not_allowed};
@@ -26,29 +26,34 @@ use crate::simulation::{Loaded, all_points};
 pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
     let mut loaded = session.reader.robot(&command.robot)?;
     let load = command.wrench.as_deref().map(|text| wrench(&loaded.raw.units, text)).transpose()?;
-    let configurations = match (&command.joints, &command.table) {
+    let rows: Vec<Carrying> = match (&command.joints, &command.table) {
         (_, Some(path)) => {
-            let (rows, warnings) = read(session, &loaded, path, &[])?;
-            loaded.diagnostics.extend(warnings);
-            rows.into_iter().map(|(q, _)| q).collect()
+            let table = read(session, &loaded, path, &["payload"])?;
+            loaded.diagnostics.extend(table.warnings);
+            let configurations = table.rows.into_iter().map(|(q, _)| q);
+            configurations.zip(table.payloads).map(|(q, payload)| Carrying { q, payload }).collect()
         }
         (Some(text), None) => {
             let q = joints(&loaded.model, &loaded.raw.units, text)?;
             loaded.diagnostics.extend(beyond_limits(&loaded, &q));
-            vec![q]
+            vec![Carrying { q, payload: None }]
         }
         (None, None) => return Err(Error::input("no configuration", "give --joints or --table")),
     };
     linear(&loaded.model, command.equilibrium)?;
     let wrench = load.unwrap_or_default();
-    let outside = loaded.outside(configurations.iter().map(|q| State::new(q, &wrench)));
+    let mass = |row: &Carrying| row.payload.map(|payload| payload.mass);
+    let outside = loaded.outside(rows.iter().map(|row| State { payload: mass(row), ..State::new(&row.q, &wrench) }));
     loaded.diagnostics.extend(outside);
-    if command.equilibrium && load.is_none() && !command.weight {
+    // What is carried weighs, and so does the arm that carries it.
+    let weight = command.weight || rows.iter().any(|row| row.payload.is_some());
+    if command.equilibrium && load.is_none() && !weight {
         return Err(Error::input("--equilibrium: nothing loads the robot", "give --wrench or --weight"));
     }
-    let (mut poses, beyond_small) = placed(command, &loaded.model, &configurations, load)?;
+    let loads = Applied { wrench: load, weight };
+    let (mut poses, beyond_small) = placed(command, &loaded.model, &rows, loads)?;
     if let Some(uncertainty) = loaded.uncertainty() {
-        let at = configurations.iter().map(Vec::as_slice);
+        let at = rows.iter().map(|row| row.q.as_slice());
         for (pose, own) in poses.iter_mut().zip(uncertainty.tool(&loaded.model, at, wrench)?) {
             pose.standard_uncertainty = Some(own);
         }
@@ -60,13 +65,30 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
     };
     output.diagnostics = loaded.diagnostics;
     output.diagnostics.extend(beyond_small);
-    output.diagnostics.extend(under_load(command).then(|| effects_left_out(&loaded.model)).flatten());
+    output.diagnostics.extend(loads.is_any().then(|| effects_left_out(&loaded.model)).flatten());
     Ok(output)
 }
 
-/// Whether loads and effects count.
-fn under_load(command: &Pose) -> bool {
-    command.wrench.is_some() || command.weight
+/// A configuration (rad, m), and what the tool carries there.
+struct Carrying {
+    q: Vec<f64>,
+    payload: Option<Payload>,
+}
+
+/// What loads the robot in all rows.
+#[derive(Clone, Copy)]
+struct Applied {
+    /// N and N.m.
+    wrench: Option<[f64; 6]>,
+    /// Own weight, and what is carried.
+    weight: bool,
+}
+
+impl Applied {
+    /// Whether loads and effects count.
+    fn is_any(self) -> bool {
+        self.wrench.is_some() || self.weight
+    }
 }
 
 /// A warning of effects that a configuration by itself does not say: those of the moves before it, of times and temperatures, and of the
@@ -87,40 +109,66 @@ pub(super) fn effects_left_out(model: &Model) -> Option<Diagnostic> {
     })
 }
 
-/// Poses at all configurations (rad, m), under a load (N, N.m) if one is given; and a warning where that deflects the tool
-/// further than linear springs say.
+/// The points of the robot, one campaign for each of these bodies that the tool carries.
+fn points(model: &Model, bodies: &[Option<Payload>]) -> Vec<Campaign> {
+    let of = |body: &Option<Payload>| {
+        let mut points = all_points(model);
+        points.readings.iter_mut().for_each(|reading| reading.payload = *body);
+        points
+    };
+    bodies.iter().map(of).collect()
+}
+
+/// Poses at all configurations, under what is applied; and a warning where that deflects the tool further than linear springs say.
 fn placed(
     command: &Pose,
     model: &Model,
-    configurations: &[Vec<f64>],
-    load: Option<[f64; 6]>,
+    rows: &[Carrying],
+    loads: Applied,
 ) -> Result<(Vec<Found>, Option<Diagnostic>), Error> {
     let geometry = Geometry::nominal(model)?;
-    let under_load = under_load(command).then(|| all_points(model));
+    let bodies = distinct_bodies(rows);
+    let points = if loads.is_any() { points(model, &bodies) } else { Vec::new() };
     let values = model.registry.nominal();
-    let predictor = under_load.as_ref().map(|points| SinglePredictor::new(model, &values, points)).transpose()?;
-    let predictor = if command.equilibrium { predictor.map(SinglePredictor::at_equilibrium) } else { predictor };
-    let mut work = predictor.as_ref().map(SinglePredictor::workspace);
+    let predict = |points| -> Result<(SinglePredictor, SingleWorkspace), Error> {
+        let predictor = SinglePredictor::new(model, &values, points)?;
+        let predictor = if command.equilibrium { predictor.at_equilibrium() } else { predictor };
+        let work = predictor.workspace();
+        Ok((predictor, work))
+    };
+    let mut predictors = points.iter().map(predict).collect::<Result<Vec<_>, Error>>()?;
     let mut placements = Placements::default();
     let mut beyond_small = None;
-    let mut place = |q: &[f64]| -> Result<Found, Error> {
-        geometry.place(q, &mut placements)?;
+    let mut place = |row: &Carrying| -> Result<Found, Error> {
+        geometry.place(&row.q, &mut placements)?;
         let pose = Found::new(&geometry, &placements);
-        let (Some(predictor), Some(work)) = (&predictor, &mut work) else { return Ok(pose) };
-        predictor.place(q, work).map_err(Refusal::from)?;
-        let points = loaded_points(predictor, &load.unwrap_or_default(), work)?;
+        let own = bodies.iter().position(|body| *body == row.payload).and_then(|k| predictors.get_mut(k));
+        let Some((predictor, work)) = own else { return Ok(pose) };
+        predictor.place(&row.q, work).map_err(Refusal::from)?;
+        let points = loaded_points(predictor, &loads.wrench.unwrap_or_default(), work)?;
         if !command.equilibrium {
             beyond_small = beyond_small.take().or_else(|| large_deflection(&points));
         }
-        Ok(shown(model, pose, &points, command.weight))
+        Ok(shown(model, pose, &points, loads.weight))
     };
     let named = |row: usize, error: Error| match command.table {
         Some(_) => error.at(format!("row {}", row + 1)),
         None => error,
     };
-    let rows = configurations.iter().enumerate();
-    let poses = rows.map(|(row, q)| place(q).map_err(|error| named(row, error))).collect::<Result<Vec<_>, _>>()?;
+    let rows = rows.iter().enumerate();
+    let poses = rows.map(|(k, row)| place(row).map_err(|error| named(k, error))).collect::<Result<Vec<_>, _>>()?;
     Ok((poses, beyond_small))
+}
+
+/// What is carried in some row, each once.
+fn distinct_bodies(rows: &[Carrying]) -> Vec<Option<Payload>> {
+    let mut bodies: Vec<Option<Payload>> = Vec::new();
+    for row in rows {
+        if !bodies.contains(&row.payload) {
+            bodies.push(row.payload);
+        }
+    }
+    bodies
 }
 
 /// A warning where the tool is deflected further than linear springs say.
@@ -194,11 +242,20 @@ pub fn loaded_configurations(
     loaded: &LoadedRobot,
     path: &std::path::Path,
 ) -> Result<(Vec<Loaded>, Vec<Diagnostic>), Error> {
-    read(session, loaded, path, &WRENCH)
+    let ConfigurationTable { rows, warnings, .. } = read(session, loaded, path, &WRENCH)?;
+    Ok((rows, warnings))
+}
+
+/// A table of configurations.
+struct ConfigurationTable {
+    rows: Vec<Loaded>,
+    /// What the tool carries in each row; nothing where the table has no column `payload`.
+    payloads: Vec<Option<Payload>>,
+    warnings: Vec<Diagnostic>,
 }
 
 /// Columns that `plan` and `compensate` write next to the joints.
-const IGNORED: [&str; 7] = ["pose", "x", "y", "z", "rx", "ry", "rz"];
+const IGNORED: [&str; 8] = ["pose", "file", "x", "y", "z", "rx", "ry", "rz"];
 
 /// Warnings of joints given beyond the description's limits, and of passive joints and sums that they take beyond theirs.
 pub fn beyond_limits(loaded: &LoadedRobot, q: &[f64]) -> Vec<Diagnostic> {
@@ -223,7 +280,7 @@ fn read(
     loaded: &LoadedRobot,
     path: &std::path::Path,
     also: &[&str],
-) -> Result<(Vec<Loaded>, Vec<Diagnostic>), Error> {
+) -> Result<ConfigurationTable, Error> {
     let name = path.display().to_string();
     let file = session.reader.table(path).map_err(|diagnostic| match diagnostic.remedy {
         Some(_) => diagnostic,
@@ -236,6 +293,7 @@ fn read(
     let expected: Vec<ExpectedColumn> = variables
         .chain(loads.map(|(name, unit)| (name, unit, false)))
         .map(|(name, unit, required)| ExpectedColumn::new(name, ColumnKind::Quantity(unit), required))
+        .chain(also.contains(&"payload").then(|| ExpectedColumn::new("payload", ColumnKind::TextOrNone, false)))
         .collect();
     let ignored = IGNORED.iter().filter(|name| expected.iter().all(|column| column.name != **name));
     let ignored: Vec<String> = ignored.map(ToString::to_string).collect();
@@ -252,7 +310,29 @@ fn read(
     };
     let rows: Vec<Loaded> = (0..table.row_count()).map(row).collect();
     let configurations: Vec<&[f64]> = rows.iter().map(|(q, _)| q.as_slice()).collect();
-    let mut diagnostics = table.notes().to_vec();
-    diagnostics.extend(beyond_all(loaded, "rows", &configurations, |row, variable| table.place(row, variable)));
-    Ok((rows, diagnostics))
+    let mut warnings = table.notes().to_vec();
+    warnings.extend(beyond_all(loaded, "rows", &configurations, |row, variable| table.place(row, variable)));
+    let payloads = carried(&table, &loaded.robot.payloads)?;
+    Ok(ConfigurationTable { rows, payloads, warnings })
 }
+
+/// The bodies that a table's column `payload` names.
+fn carried(table: &Table, known: &[(String, Payload)]) -> Result<Vec<Option<Payload>>, Error> {
+    let Some(names) = table.texts("payload") else { return Ok(vec![None; table.row_count()]) };
+    let (mut found, mut faults) = (Vec::new(), Vec::new());
+    for (row, name) in (0..table.row_count()).map(|row| (row, names.get(row).unwrap_or_default())) {
+        let body = known.iter().find(|(own, _)| own == name).map(|(_, body)| *body);
+        if body.is_none() && !name.is_empty() && name != "none" && faults.len() < MOST_FAULTS {
+            let diagnostic = Diagnostic::error(format!("unknown payload `{name}`")).at(table.place(row, "payload"));
+            faults.push(match known.is_empty() {
+                true => diagnostic.remedy("declare it under `payloads:` of the description, with its mass and centre"),
+                false => diagnostic.suggest(name, known.iter().map(|(own, _)| own.as_str()).chain(["none"])),
+            });
+        }
+        found.push(body);
+    }
+    if faults.is_empty() { Ok(found) } else { Err(Error::from(faults)) }
+}
+
+/// Most faults shown of a column.
+const MOST_FAULTS: usize = 10;

@@ -1,9 +1,14 @@
 //! `report`: a campaign in one self-contained HTML file.
 
+mod fitted;
+mod sources;
+
 use std::path::{Path, PathBuf};
 
+use sources::sources;
+
 use super::diagnose::{Described, worse_than_found};
-use super::identify::{compared, has_lengths, left_to_fit, not_computed, other};
+use super::identify::{compared, holds_lengths, left_to_fit, not_computed, other};
 use crate::Error;
 use crate::cli::args::{Arguments, Format, Report as Asked};
 use crate::cli::output::Output;
@@ -13,7 +18,7 @@ use crate::estimation::{Settings, split};
 use crate::files::{is_device, writable};
 use crate::plausibility::{Evidence, Limits, doubts, forced, judge, judge_result};
 use crate::render::html::write;
-use crate::results::{CombinedParameters, Report, Sources};
+use crate::results::{CombinedParameters, Report};
 use crate::review::review;
 
 /// Share of the configurations held out where the campaign does not say, as `identify` does.
@@ -25,7 +30,9 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
     let held_out = split(campaign, CHECK, session.seed());
     left_to_fit(campaign, &held_out)?;
-    has_lengths(campaign)?;
+    if !holds_lengths(campaign) {
+        return fitted::run(command, session, loaded, &held_out, page);
+    }
     let force = session.arguments.force;
     let mut judged = judge(&Evidence::of(model, campaign), &Limits::default());
     Output::gate(&judged, force, &loaded.diagnostics)?;
@@ -34,11 +41,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let mut progress = |what: &str| bar.set_message(what.to_string());
     let review = review(&loaded.robot.robot, model, campaign, &held_out, session.seed(), &mut progress)
         .map_err(|error| not_computed(error, model, campaign, session))?;
-    let mut given = command.campaign.clone();
-    given += &command.robot.as_ref().map_or(String::new(), |robot| format!(" --robot {robot}"));
-    given += &if session.seed() == 1 { String::new() } else { format!(" --seed {}", session.seed()) };
-    let robot = command.robot.clone().or(loaded.raw.robot.clone()).unwrap_or_default();
-    let mut report = Report::new(&review, Sources::new(&given, &robot));
+    let mut report = Report::new(&review, sources(command, session, &loaded));
     if let Ok((found, _)) = &review.calibration {
         let declared = &loaded.robot.robot.calibration.combinations;
         let conventions = CombinedParameters::all(declared, model, found);

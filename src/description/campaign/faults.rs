@@ -12,6 +12,14 @@ use crate::observation::{Kinds, Observes, POSITION};
 /// Least noise (m or rad) above zero: below the resolution of any instrument and above the rounding of a metre.
 pub(super) const LEAST_NOISE: f64 = 1e-15;
 
+/// Greatest noise of a length, m: instruments of robot calibration (trackers, cameras, draw wires) reach less, and what is known no better
+/// was not measured.
+pub(super) const GREATEST_NOISE: f64 = 100.0;
+
+/// Greatest part of the distance by which noise is believed to grow, parts per million: 1 mm in a metre. Tape measures of the coarsest class
+/// (III of the directive 2014/32/EU, annex X) are off by at most 0.4 mm for each metre, and 0.6 mm.
+const COARSEST: f64 = 1000.0;
+
 /// Faults and doubts of the campaign file alone; `effects` are the names that `calibrate` may list, `kinds` what `observes` may.
 pub fn faults(
     raw: &RawCampaign,
@@ -21,7 +29,9 @@ pub fn faults(
     explained: Explained,
 ) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
-    let lacks_kind = raw.measurements.as_ref().is_none_or(|all| all.0.iter().any(|entry| entry.observes.is_none()));
+    let is_unread = |k: usize| explained(&["measurements", &k.to_string(), "observes"]);
+    let lacks = |(k, entry): (usize, &RawEntry)| entry.observes.is_none() && !is_unread(k);
+    let lacks_kind = raw.measurements.as_ref().is_none_or(|all| all.0.iter().enumerate().any(lacks));
     if raw.observes.is_none() && lacks_kind && !explained(&["observes"]) {
         let diagnostic =
             Diagnostic::warning("`observes` is not given; positions are assumed").at(locate(&["observes"]));
@@ -157,7 +167,16 @@ fn instrument(
     let observes = kinds(entry, known).first().copied().unwrap_or(POSITION);
     let mut faults = impossible_noise(stated, &entry.units(Units::default()), &locate);
     faults.extend(noise_by_axis(stated, observes, &locate));
+    faults.extend(coarse(stated, &locate));
     faults
+}
+
+/// A noise that grows by more of the distance than that of any instrument.
+fn coarse(instrument: &RawInstrument, locate: Locate) -> Option<Diagnostic> {
+    let ppm = instrument.ppm.filter(|ppm| *ppm > COARSEST && *ppm <= 1e6)?;
+    let message = format!("`ppm: {ppm}` of the instrument is beyond reason: a tape measure has less than {COARSEST}");
+    let diagnostic = Diagnostic::warning(message).code(Code::Doubtful).at(locate(&["instrument", "ppm"]));
+    Some(diagnostic.remedy("give parts per million of the distance: 10 of a tracker is 0.01 mm in a metre"))
 }
 
 /// A single length has no noise by axis.
@@ -187,12 +206,19 @@ fn impossible_noise(instrument: &RawInstrument, units: &Units, locate: Locate) -
     stated.extend(instrument.torque.map(|value| (vec!["torque"], value, torque)));
     stated.extend(instrument.ppm.map(|value| (vec!["ppm"], value, 1e-6)));
     // A part of the distance is less than the distance.
-    let greatest = |path: &[&str]| if path == ["ppm"] { 1.0 } else { GREATEST };
+    let greatest = |path: &[&str]| match path {
+        ["ppm"] => 1.0,
+        ["sigma", ..] => GREATEST_NOISE,
+        _ => GREATEST,
+    };
     stated.retain(|(path, value, factor)| !(LEAST_NOISE..=greatest(path)).contains(&(value * factor)));
     let fault = |(path, value, _): (Vec<&str>, f64, f64)| {
         let is_ppm = path == ["ppm"];
         let message = match is_ppm {
             true => format!("`ppm: {value}` of the instrument, where a number above 0 and up to 1e6 is needed"),
+            false if path[0] == "sigma" && value.is_finite() && value * length > GREATEST_NOISE => {
+                format!("the instrument's noise is {value}: more than {GREATEST_NOISE} m is no measurement")
+            }
             false => format!("the instrument's noise is {value}, and must be a finite number above 0"),
         };
         let remedy = match is_ppm {

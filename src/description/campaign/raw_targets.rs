@@ -1,8 +1,13 @@
 //! Image of what readings refer to in addition to the robot: `anchors:`, `contacts:`, `distances:`, `payloads:`.
 
+use std::fmt;
+use std::marker::PhantomData;
+
 #[cfg(feature = "cli")]
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Error, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// The word `unknown`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
@@ -14,12 +19,9 @@ pub enum Unknown {
 }
 
 /// A value, or `unknown`.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
-#[serde(
-    untagged,
-    expecting = "the value fits none of the forms that are accepted here; write `unknown`, or what is known: a number, or three as `[0, 0, 90]`"
-)]
+#[serde(untagged)]
 pub enum OrUnknown<T> {
     /// Known.
     Known(T),
@@ -37,18 +39,80 @@ impl<T: Copy> OrUnknown<T> {
     }
 }
 
+/// What may be unknown, and how it is written where it is known.
+pub trait MayBeUnknown {
+    /// Its form, in words.
+    const FORM: &'static str;
+}
+
+impl MayBeUnknown for f64 {
+    const FORM: &'static str = "a number";
+}
+
+impl MayBeUnknown for [f64; 3] {
+    const FORM: &'static str = "three numbers as `[0, 0, 90]`";
+}
+
+impl<'de, T: Deserialize<'de> + MayBeUnknown> Deserialize<'de> for OrUnknown<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de> + MayBeUnknown> Visitor<'de> for Reader<T> {
+            type Value = OrUnknown<T>;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                write!(f, "{}, or `unknown`", T::FORM)
+            }
+            fn visit_str<E: Error>(self, text: &str) -> Result<OrUnknown<T>, E> {
+                match text {
+                    "unknown" => Ok(OrUnknown::Unknown(Unknown::Unknown)),
+                    other => Err(E::invalid_value(Unexpected::Str(other), &self)),
+                }
+            }
+            fn visit_f64<E: Error>(self, number: f64) -> Result<OrUnknown<T>, E> {
+                let known = T::deserialize(number.into_deserializer());
+                known.map(OrUnknown::Known).map_err(|_: E| E::invalid_type(Unexpected::Float(number), &self))
+            }
+            fn visit_i64<E: Error>(self, number: i64) -> Result<OrUnknown<T>, E> {
+                self.visit_f64(number as f64)
+            }
+            fn visit_u64<E: Error>(self, number: u64) -> Result<OrUnknown<T>, E> {
+                self.visit_f64(number as f64)
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<OrUnknown<T>, A::Error> {
+                T::deserialize(SeqAccessDeserializer::new(seq)).map(OrUnknown::Known)
+            }
+        }
+        deserializer.deserialize_any(Reader(PhantomData))
+    }
+}
+
 /// A fixed point from which distances are measured, in the measurement frame.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
-#[serde(
-    untagged,
-    expecting = "the value fits none of the forms that are accepted here; write a point as `[0, 0, 900]`, or `{at: unknown, near: [0, 0, 900]}`"
-)]
+#[serde(untagged)]
 pub enum RawAnchor {
     /// Known.
     At([f64; 3]),
     /// With what is unknown of it.
     Declared(RawDeclaredAnchor),
+}
+
+impl<'de> Deserialize<'de> for RawAnchor {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl<'de> Visitor<'de> for Reader {
+            type Value = RawAnchor;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a point as `[0, 0, 900]`, or `{at: unknown, near: [0, 0, 900]}`")
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<RawAnchor, A::Error> {
+                <[f64; 3]>::deserialize(SeqAccessDeserializer::new(seq)).map(RawAnchor::At)
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawAnchor, A::Error> {
+                RawDeclaredAnchor::deserialize(MapAccessDeserializer::new(map)).map(RawAnchor::Declared)
+            }
+        }
+        deserializer.deserialize_any(Reader)
+    }
 }
 
 /// A fixed point of which something may be unknown.

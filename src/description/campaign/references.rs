@@ -22,6 +22,8 @@ pub struct References {
     pub readings: Vec<ReferenceReading>,
     /// Configurations that the rows name, each once.
     pub poses: Vec<String>,
+    /// Rows whose session only their number (`order`) says.
+    pub numbered: usize,
 }
 
 /// A reading of a fixed reflector.
@@ -96,6 +98,20 @@ impl References {
         Some(Diagnostic::warning(message).code(Code::SuspectReadings).remedy(remedy))
     }
 
+    /// A warning where rows say by their number alone with which readings they were measured, and the readings have no numbers: of which
+    /// session they are is then not known, which counts where each has a base of its own.
+    pub fn unnumbered(&self) -> Option<Diagnostic> {
+        (self.numbered > 0).then(|| {
+            let message = format!(
+                "{} rows of fixed reflectors are numbered by `order`, and the readings have no such column: of which session they are is not \
+                 known, and they do not count, since each session has a base of its own",
+                self.numbered
+            );
+            let remedy = "give the readings a column `order`; or name in the references the session of each row, or its configuration (`pose`)";
+            Diagnostic::warning(message).code(Code::Doubtful).remedy(remedy)
+        })
+    }
+
     /// Appends the rows of a table. Rows of one `order`, or else of one `pose`, were measured together; without either, each
     /// reading of a reflector begins a new time where that reflector was read before. Reflectors of two sessions are not compared:
     /// those of the column `session`, of a file of one `session`, or of configurations of it; none of them counts where `of_pose`
@@ -116,10 +132,10 @@ impl References {
         for row in 0..table.row_count() {
             let name = names.and_then(|names| names.get(row)).unwrap_or_default();
             let at: Vec<Configuration> = Configuration::of(table, row).collect();
-            let of_row = of_pose.and_then(|known| {
-                let own = sessions.and_then(|all| all.get(row)).filter(|own| !own.is_empty()).or(session);
-                own.or_else(|| at.iter().find_map(|at| known.get(at)).copied())
-            });
+            let named = sessions.and_then(|all| all.get(row)).filter(|own| !own.is_empty()).or(session);
+            let is_numbered = matches!(at[..], [Configuration::Order(_)]);
+            self.numbered += usize::from(is_numbered && named.is_none());
+            let of_row = of_pose.and_then(|known| named.or_else(|| at.iter().find_map(|at| known.get(at)).copied()));
             let name = of_row.map_or_else(|| name.to_owned(), |session| format!("{name}@{session}"));
             let reflector = self.reflectors.iter().position(|own| *own == name).unwrap_or_else(|| {
                 self.reflectors.push(name);

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use super::bodies::sensor;
 use super::columns::{joint_column, other_columns};
-use super::faults::{LEAST_NOISE, no_name};
+use super::faults::{GREATEST_NOISE, LEAST_NOISE, no_name};
 use super::order::{numbered_twice, order_readings};
 use super::raw::{LoadSource, RawCampaign, RawEntry, RowOrder};
 use super::row::{Faults, MOST_SHOWN, OfFile, Row};
@@ -13,7 +13,6 @@ use super::row_loads::{load_point, payload, wrench};
 use super::source::Source;
 use super::stated::{NOISE_COLUMNS, stated_noise};
 use super::{Campaign, InSession, Reading, noise_of};
-use crate::description::resolve::GREATEST;
 use crate::description::robot::Robot;
 use crate::description::table::Table;
 use crate::description::units::Units;
@@ -348,8 +347,11 @@ fn noise(row: &Row, entry: &RawEntry, faults: &mut Faults) -> Noise {
     for (column, axes, factor) in NOISE_COLUMNS {
         let Some(value) = row.given(column) else { continue };
         let sigma = value * factor * row.units.length.factor();
-        if !(LEAST_NOISE..=GREATEST).contains(&sigma) {
-            let message = format!("column `{column}`: `{value}` where a finite noise above 0 is needed");
+        if !(LEAST_NOISE..=GREATEST_NOISE).contains(&sigma) {
+            let message = match sigma.is_finite() && sigma > GREATEST_NOISE {
+                true => format!("column `{column}`: `{value}`: more than {GREATEST_NOISE} m is no measurement"),
+                false => format!("column `{column}`: `{value}` where a finite noise above 0 is needed"),
+            };
             let remedy = "give one standard deviation, in the unit of the readings";
             faults.push(Diagnostic::error(message).at(row.place(column)).remedy(remedy));
         }

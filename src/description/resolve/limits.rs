@@ -1,11 +1,16 @@
 //! Limits of sums of joints.
 
+use std::f64::consts::TAU;
+
 use super::super::coupling::parse_sum;
 use super::super::fuzzy::Input;
 use super::super::raw::{JointKind, RawRobot};
-use super::super::robot::SumLimit;
+use super::super::robot::{Motion, SumLimit};
 use super::collector::Collector;
 use super::tree::Tree;
+
+/// Limits that are apart by less than this (rad or m) touch.
+const ROUNDED: f64 = 1e-9;
 
 /// Limits as declared; those that cannot be read are reported.
 pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> Vec<SumLimit> {
@@ -37,10 +42,44 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> Vec<
         }
         let factor = if is_angle { raw.units.angle.factor() } else { raw.units.length.factor() };
         let Some(limits) = diagnostics.limits(&path, Some(*given), factor) else { continue };
-        let terms = terms.into_iter().map(|(factor, input, _)| (factor, input)).collect();
+        let terms: Vec<(f64, Input)> = terms.into_iter().map(|(factor, input, _)| (factor, input)).collect();
+        if let Some([low, high]) = never_within(tree, &terms, is_angle, limits) {
+            let unit = if is_angle { raw.units.angle.symbol() } else { raw.units.length.symbol() };
+            let [from, to] = limits;
+            let [from, to, low, high] = [from, to, low, high].map(|v| (v / factor * 1e4).round() / 1e4);
+            let message = format!(
+                "`{text}` is limited to {from} .. {to} {unit}, and within the limits of its joints it is {low} .. {high} {unit}: no \
+                 configuration is within both"
+            );
+            diagnostics.reject(&path, message, "check the signs of the sum, its limits, and those of its joints");
+            continue;
+        }
         found.push(SumLimit { name: text.clone(), terms, is_angle, limits });
     }
     found
+}
+
+/// The least and greatest value of a sum by the limits of its joints, where no such value is within the `limits` of the sum. The sum of
+/// joints that a loop moves is known up to whole turns.
+fn never_within(tree: &Tree, terms: &[(f64, Input)], is_angle: bool, limits: [f64; 2]) -> Option<[f64; 2]> {
+    let own = |input: Input| match input {
+        Input::Variable(variable) => tree.variables.get(variable)?.limits,
+        Input::Joint(joint) => tree.frames.get(joint)?.limits,
+    };
+    let is_passive = |input: Input| matches!(input, Input::Joint(k) if tree.frames[k].motion == Motion::Passive);
+    let mut sum = [0.0, 0.0];
+    for (factor, input) in terms {
+        let [low, high] = own(*input)?;
+        let ends = [factor * low, factor * high];
+        sum = [sum[0] + ends[0].min(ends[1]), sum[1] + ends[0].max(ends[1])];
+    }
+    let turns = if is_angle && terms.iter().any(|(_, input)| is_passive(*input)) {
+        (0.5 * (limits[0] + limits[1] - sum[0] - sum[1]) / TAU).round() * TAU
+    } else {
+        0.0
+    };
+    let apart = sum[0] + turns > limits[1] + ROUNDED || sum[1] + turns < limits[0] - ROUNDED;
+    apart.then_some(sum)
 }
 
 /// A variable or joint by its name, and whether it is an angle.

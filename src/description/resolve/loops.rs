@@ -5,6 +5,7 @@ use super::super::raw::{JointKind, LoopKind, Meet, RawLoop, RawRobot};
 use super::super::robot::{Loop, Variable};
 use super::collector::Collector;
 use super::drivers::{find, frame_names};
+use crate::description::limits::turned;
 
 /// Loops as declared, every fault reported; then joints that claim a loop and are in none.
 pub fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], diagnostics: &mut Collector) -> Vec<Loop> {
@@ -92,7 +93,10 @@ fn branch(
             Some(index) if members.contains(&index) && frames[index].motion == Motion::Passive => {
                 let prismatic = frames[index].joint == JointKind::Prismatic;
                 let factor = if prismatic { raw.units.length.factor() } else { raw.units.angle.factor() };
-                branch.push((index, diagnostics.finite(&path, Some(*value), factor)));
+                let found = diagnostics.finite(&path, Some(*value), factor);
+                let limits = frames[index].limits.filter(|_| !prismatic);
+                whole_turns_off(raw, &path, [*value, found], limits, diagnostics);
+                branch.push((index, found));
             }
             Some(_) => {
                 diagnostics.error(&path, format!("`{joint}` is not a passive joint of loop `{name}`"));
@@ -118,12 +122,30 @@ fn at(
             Some(index) => {
                 let angle = variables[index].is_angle;
                 let factor = if angle { raw.units.angle.factor() } else { raw.units.length.factor() };
-                at.push((index, diagnostics.finite(&path, Some(*value), factor)));
+                let found = diagnostics.finite(&path, Some(*value), factor);
+                let limits = variables[index].limits.filter(|_| angle);
+                whole_turns_off(raw, &path, [*value, found], limits, diagnostics);
+                at.push((index, found));
             }
             None => diagnostics.unknown(&path, "variable", variable, variables.iter().map(|v| v.name.as_str())),
         }
     }
     at
+}
+
+/// Says of a joint of a loop, at `path`, that its value (as written, and in rad) is whole turns beyond the limits of the joint.
+fn whole_turns_off(
+    raw: &RawRobot,
+    path: &[&str],
+    [written, value]: [f64; 2],
+    limits: Option<[f64; 2]>,
+    diagnostics: &mut Collector,
+) {
+    let Some(limits) = limits else { return };
+    let unit = raw.units.angle;
+    let what = format!("`{}` = {written} {} of `{}`", path[path.len() - 1], unit.symbol(), path[path.len() - 2]);
+    let place = diagnostics.place(path);
+    diagnostics.diagnostics.extend(turned(&what, value, limits, unit).map(|found| found.at(place)));
 }
 
 /// Revolute (or fixed) throughout, with parallel axes: alpha 0 or 180 deg past the first frame of each branch.

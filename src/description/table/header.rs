@@ -6,6 +6,7 @@ use super::orientation::{NUMBERED, Orientation, VECTOR, also_written, undeclared
 use super::points;
 use super::row::{Delimiter, Row, Writing};
 use super::source::Source;
+use super::titles::{scalar, synonym, without_unit};
 use crate::diagnostic::{Code, Diagnostic, Place, nearest};
 use std::io::Read;
 
@@ -145,7 +146,9 @@ impl Header {
                 let is_missing = column.required || (renamed.is_some() && !may_lack);
                 if is_missing && !orientation.explains(&column.name) {
                     let free = titles.iter().map(String::as_str).filter(|title| !layout.expects(title));
-                    let near = nearest(title, free).and_then(|near| titles.iter().position(|title| title == near));
+                    let same = |found: &&str| without_unit(found) == title;
+                    let near = free.clone().find(same).or_else(|| nearest(title, free));
+                    let near = near.and_then(|near| titles.iter().position(|title| title == near));
                     let alike = near.map(|near| (near, &titles[near]));
                     let fault = missing(column, renamed, alike, row, layout.dialect.of_campaign);
                     let declared = declared_otherwise(&column.name, titles, layout).filter(|_| renamed.is_none());
@@ -243,11 +246,16 @@ impl Header {
             let meant = synonym(title).filter(|meant| free.clone().any(|name| name == *meant));
             let second = second_way(titles, title, layout.dialect.orientation);
             // Of single letters no other is a misspelling: a longer name is another column.
-            let alike = nearest(title, free).filter(|ours| title.chars().count() > 1 || ours.chars().count() == 1);
+            let bare = without_unit(title);
+            let same = free.clone().find(|ours| *ours == bare);
+            let alike = same
+                .or_else(|| nearest(title, free))
+                .filter(|ours| title.chars().count() > 1 || ours.chars().count() == 1);
             let remedy = match (meant.or(alike), layout.dialect.of_campaign) {
                 (_, true) if second.is_some() => second.unwrap_or_default(),
                 (Some(ours), true) => format!(
-                    "if it is `{ours}`, add `columns: {{{ours}: {title}}}`; else list it under `ignore:`, or rename it under `columns:`"
+                    "if it is `{ours}`, add `columns: {{{ours}: {}}}`; else list it under `ignore:`, or rename it under `columns:`",
+                    scalar(title)
                 ),
                 (None, true) => "list it under `ignore:`, or rename it under `columns:`".to_owned(),
                 (Some(ours), false) => format!("if it is `{ours}`, rename it; else remove the column"),
@@ -262,28 +270,6 @@ impl Header {
 /// Whether each of these stands twice.
 fn twice(titles: &[String], names: &[&str]) -> bool {
     names.iter().all(|name| titles.iter().filter(|title| title == name).count() > 1)
-}
-
-/// What instruments and controllers call some of our columns.
-const SYNONYMS: [(&str, &str); 12] = [
-    ("sequence", "order"),
-    ("seq", "order"),
-    ("number", "order"),
-    ("no", "order"),
-    ("nr", "order"),
-    ("index", "order"),
-    ("timestamp", "time"),
-    ("t", "time"),
-    ("temp", "temperature"),
-    ("name", "pose"),
-    ("point", "marker"),
-    ("target", "marker"),
-];
-
-/// Our column that is often called so.
-fn synonym(title: &str) -> Option<&'static str> {
-    let plain = title.to_lowercase();
-    SYNONYMS.iter().find(|(known, _)| *known == plain).map(|(_, ours)| *ours)
 }
 
 /// What to do about a column of an orientation that the file writes in two ways.
@@ -371,8 +357,15 @@ fn missing(
         }
         (None, Some((_, near))) => {
             let diagnostic = Diagnostic::error(format!("the column `{name}` is missing")).at(place);
-            let declare = if of_campaign { format!(" or add `columns: {{{name}: {near}}}`") } else { String::new() };
-            diagnostic.remedy(format!("if it is `{near}`, rename it{declare}"))
+            let declare = match of_campaign {
+                true => format!(" or add `columns: {{{name}: {}}}`", scalar(near)),
+                false => String::new(),
+            };
+            let units = match without_unit(near) == near {
+                false if of_campaign => "; its unit is what `units:` declares",
+                _ => "",
+            };
+            diagnostic.remedy(format!("if it is `{near}`, rename it{declare}{units}"))
         }
         (None, None) => {
             let diagnostic = Diagnostic::error(format!("the column `{name}` is missing")).at(place);

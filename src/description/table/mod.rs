@@ -15,6 +15,7 @@ mod rotations;
 mod row;
 mod rows;
 mod source;
+mod titles;
 mod units;
 mod wide;
 #[cfg(feature = "xlsx")]

@@ -88,7 +88,10 @@ impl<'a> Source<'a> {
     }
 
     pub(super) fn xacro(&mut self, at: Range<usize>) {
-        let remedy = "run xacro first: `xacro robot.xacro > robot.urdf`";
+        let name = self.file.rsplit(['/', '\\']).next().unwrap_or(self.file);
+        let stem = name.trim_end_matches(".xacro").trim_end_matches(".urdf");
+        let from = if name.ends_with(".xacro") { name.to_owned() } else { format!("{stem}.xacro") };
+        let remedy = format!("run xacro first, and give what it writes: `xacro {from} > {stem}.urdf`");
         self.error(at, "this is a xacro file, not yet a URDF", remedy);
     }
 

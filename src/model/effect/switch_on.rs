@@ -10,7 +10,7 @@ use super::tags::{as_curve, named_choices, with_curve};
 use super::{Nonlinear, NonlinearParameter, NonlinearValue};
 use crate::description::raw::{JointKind, RawAmount, RawCurve, RawEffect};
 use crate::description::robot::{FrameIndex, Motion};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, nearest};
 use crate::model::{Actuator, Effect, EffectEntry, EffectParameter, Family, Fault, Frame, Marker, Model, SwitchedOn};
 use crate::parameter::{Group, Kind, Parameter, Slot};
 
@@ -211,10 +211,12 @@ impl Model {
     fn stated_nonlinear(
         &self,
         effect: &dyn Effect,
+        site: &Site,
         given: &IndexMap<String, RawAmount>,
     ) -> Result<Vec<(&'static NonlinearParameter, NonlinearValue)>, Fault> {
         let name = effect.name();
         let mut values: Vec<(&'static NonlinearParameter, NonlinearValue)> = Vec::new();
+        let mut faults = Vec::new();
         for parameter in effect.nonlinear_parameters() {
             let chosen = |(other, word): (&str, &'static str)| {
                 values.iter().any(|(known, value)| known.name == other && *value == NonlinearValue::Choice(word))
@@ -222,21 +224,46 @@ impl Model {
             if !parameter.only_with.is_none_or(chosen) {
                 continue;
             }
-            let value = match (given.get(parameter.name), &parameter.default) {
-                (Some(stated), _) => parameter.read(stated, &self.coordinate_names()).map_err(|remedy| {
-                    let message = format!("`{}: {stated}` of `{name}`", parameter.name);
-                    Fault::new(&["parameters", parameter.name], Diagnostic::error(message).remedy(remedy))
-                })?,
-                (None, Some(default)) => default.clone(),
+            match (given.get(parameter.name), &parameter.default) {
+                (Some(stated), _) => match parameter.read(stated, &self.coordinate_names()) {
+                    Ok(value) => values.push((parameter, value)),
+                    Err(remedy) => {
+                        let message = format!("`{}: {stated}` of `{name}`", parameter.name);
+                        let diagnostic = Diagnostic::error(message).remedy(remedy);
+                        faults.push(Fault::new(&["parameters", parameter.name], diagnostic));
+                    }
+                },
+                (None, Some(default)) => values.push((parameter, default.clone())),
                 (None, None) => {
                     let message = format!("`{name}` lacks `{}`", parameter.name);
                     let diagnostic = Diagnostic::error(message).remedy(format!("give {}", parameter.meaning));
-                    return Err(Fault::new(&["parameters"], diagnostic));
+                    faults.push(Fault::new(&["parameters"], diagnostic));
                 }
-            };
-            values.push((parameter, value));
+            }
         }
-        Ok(values)
+        if faults.is_empty() {
+            return Ok(values);
+        }
+        faults.extend(self.unknown_amounts(effect, site, given));
+        Fault::of_all(faults).map_or(Ok(values), Err)
+    }
+
+    /// Keys of an entry that no value of its nonlinear parameters would make known. Where what it has depends on those, as the amounts of
+    /// a curve on its points, only keys that read like one of them.
+    fn unknown_amounts(&self, effect: &dyn Effect, site: &Site, given: &IndexMap<String, RawAmount>) -> Vec<Fault> {
+        let parameters = effect.parameters(self, site, &Nonlinear::default());
+        let nonlinear = effect.nonlinear_parameters().into_iter().map(|parameter| parameter.name);
+        let known: Vec<&str> = nonlinear.chain(parameters.iter().map(|parameter| parameter.symbol.as_str())).collect();
+        // Of a series, as `cos2`, how many there are is such a value.
+        let stem = |name: &str| name.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
+        let is_of_series = |key: &str| known.iter().any(|known| stem(key) != key && stem(known) == stem(key));
+        let unknown = given.keys().filter(|key| !known.contains(&key.as_str()) && !is_of_series(key));
+        let is_certain = |key: &&String| !parameters.is_empty() || nearest(key, known.iter().copied()).is_some();
+        let fault = |key: &String| {
+            let diagnostic = Diagnostic::error(format!("`{}` has no parameter `{key}`", effect.name()));
+            Fault::new(&["parameters", key], diagnostic.suggest(key, known.iter().copied()))
+        };
+        unknown.filter(is_certain).map(fault).collect()
     }
 
     /// Nonlinear values and amounts that an entry states, all known and possible.
@@ -259,7 +286,7 @@ impl Model {
             let message = format!("`{value}` where a finite number is needed");
             return Err(Fault::new(&["parameters", key], Diagnostic::error(message)));
         }
-        let values = self.stated_nonlinear(effect, given)?;
+        let values = self.stated_nonlinear(effect, site, given)?;
         let mut symbols: Vec<String> = values.iter().map(|(known, _)| known.name.to_string()).collect();
         let nonlinear = Nonlinear::new(values);
         if let Some((key, remedy)) = effect.misplaced(site, &nonlinear) {

@@ -8,6 +8,7 @@ mod certificate;
 mod charts;
 mod drawing;
 mod figure;
+mod fitted;
 mod page;
 mod sections;
 mod track;
@@ -15,6 +16,7 @@ mod view;
 
 pub use certificate::certificate_page;
 pub use figure::{Look, figure};
+pub use fitted::fitted_page;
 pub use track::track_page;
 pub use view::{magnification, view_page};
 

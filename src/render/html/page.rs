@@ -16,6 +16,8 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("certificate-answer.html", include_str!("templates/certificate-answer.html")),
     ("scene.html", include_str!("templates/scene.html")),
     ("view.html", include_str!("templates/view.html")),
+    ("fitted.html", include_str!("templates/fitted.html")),
+    ("fitted-answer.html", include_str!("templates/fitted-answer.html")),
     ("answer.html", include_str!("templates/answer.html")),
     ("waterfall.html", include_str!("templates/waterfall.html")),
     ("arrows.html", include_str!("templates/arrows.html")),

@@ -3,13 +3,15 @@
 
 use crate::Error;
 use crate::cli::args::Plan;
-use crate::cli::commands::designed::{Cells, Wanted, blank, plain, variety};
-use crate::description::campaign::raw::RawCampaign;
-use crate::description::campaign::{Campaign, InSession, Reading, Sharing, names};
-use crate::diagnostic::Diagnostic;
+use crate::cli::commands::designed::{Cells, Wanted, all_rows, blank, plain, sheet as table_of, variety};
+use crate::cli::session::Session;
+use crate::description::campaign::raw::{RawCampaign, RawEntry};
+use crate::description::campaign::{Campaign, InSession, Payload, Reading, Sharing, names};
+use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{RegistrationSettings, registered};
-use crate::files::{Design as CampaignFile, LoadedRobot};
+use crate::files::{Design as CampaignFile, LoadedCampaign, LoadedRobot};
 use crate::model::Model;
+use crate::noise::fill_noise;
 use crate::observation::MOST_ROWS;
 use crate::planning::{Design, Planned};
 use crate::prediction::target_values;
@@ -37,9 +39,94 @@ pub fn campaigned(
     seed: u64,
 ) -> Result<Campaigned, Error> {
     match loaded {
-        Some(loaded) => continued(command, file, loaded),
+        Some(loaded) => {
+            let model = file.robot.model.arranged(&loaded.campaign);
+            let values = model.registry.nominal();
+            continued(command, file, Continued { measured: loaded.campaign.clone(), loaded, model, values })
+        }
         None => begun(command, file, seed),
     }
+}
+
+/// A campaign of which something is measured.
+struct Continued {
+    /// What it says, with rows for what is not measured where there are files of that.
+    loaded: LoadedCampaign,
+    /// The readings made.
+    measured: Campaign,
+    /// Its robot, with the parameters of the arrangement of all.
+    model: Model,
+    /// Values of these from which registration starts.
+    values: Vec<f64>,
+}
+
+/// Reads what can be planned for a campaign some of whose files hold no readings yet: their sessions, kinds, contacts and payloads count
+/// as those of the others.
+pub fn partly_measured(
+    command: &Plan,
+    file: &CampaignFile,
+    [name, robot]: [Option<&str>; 2],
+    session: &Session,
+) -> Result<Campaigned, Error> {
+    let raw = plain(&file.raw);
+    let wanted = Wanted {
+        markers: &command.markers,
+        repeats: 1,
+        wrenches: &[],
+        placements: command.placements.unwrap_or(1),
+        runs: &[],
+        given: None,
+    };
+    let unmeasured = file.unmeasured();
+    let middle = file.robot.model.middle();
+    let own = raw.entries().into_iter().zip(&unmeasured);
+    let count = own.map(|(entry, is_own)| if *is_own { variety(file, &raw, &entry, &wanted) } else { 0 });
+    let configurations: Vec<Vec<Vec<f64>>> = count.map(|count| vec![middle.clone(); count]).collect();
+    let mut tables = Vec::new();
+    for rows in all_rows(file, &raw, &wanted, &configurations) {
+        let rows: Vec<Cells> = rows.into_iter().map(|row| as_evaluated(&file.raw, &file.robot.model, row)).collect();
+        tables.push(table_of(&rows).csv(0..rows.len())?);
+    }
+    let mut loaded = file.continued(&session.reader, [name, robot], &raw, tables)?;
+    loaded.diagnostics.retain(|diagnostic| diagnostic.code != Code::SuspectReadings);
+    let is_made = |reading: &Reading| {
+        let index = loaded.campaign.files.iter().position(|(_, end)| reading.row <= *end);
+        index.and_then(|index| unmeasured.get(index)).is_some_and(|is_own| !is_own)
+    };
+    let mut measured = loaded.campaign.select(|_, reading| is_made(reading));
+    fill_noise(&file.robot.model, &mut measured);
+    if measured.noise_origin != loaded.campaign.noise_origin {
+        loaded.campaign.state_noise(measured.sigma, measured.sigma_orientation);
+        loaded.campaign.noise_origin = measured.noise_origin;
+    }
+    let model = file.robot.model.arranged(&loaded.campaign);
+    let mut values = model.registry.nominal();
+    let is_read = |target: usize| measured.readings.iter().any(|reading| reading.target == Some(target));
+    let mut laid = values.clone();
+    lay_out(&model, &loaded.campaign, true, &mut laid, &mut generator(session.seed()))?;
+    let unread = (0..loaded.campaign.targets.len()).filter(|target| !is_read(*target));
+    let parameters = unread.flat_map(|target| &loaded.campaign.targets[target].values);
+    for slot in parameters.filter_map(|value| model.registry.slot(value.parameter.as_ref()?)) {
+        values[slot] = laid[slot];
+    }
+    let entries = file.raw.measurements.iter().flat_map(|all| &all.0).zip(&unmeasured);
+    let names: Vec<&str> = entries.filter(|(_, own)| **own).map(|(entry, _)| entry.file.as_str()).collect();
+    let mut found = continued(command, file, Continued { loaded, measured, model, values })?;
+    found.assumed.insert_str(0, &format!("nothing is measured yet of {}\n", names.join(", ")));
+    Ok(found)
+}
+
+/// A row of a table whose joints stand in the columns at which the campaign is evaluated, and whose pose is none of those measured.
+fn as_evaluated(raw: &RawCampaign, model: &Model, row: Cells) -> Cells {
+    let prefix = raw.joints.map(|source| source.prefix());
+    let named = |(name, cell): (String, String)| match prefix {
+        Some(prefix) if model.variables.iter().any(|variable| variable.name == name) => {
+            (format!("{prefix}.{name}"), cell)
+        }
+        _ if name == "pose" => (name, format!("to be measured {cell}")),
+        _ => (name, cell),
+    };
+    row.into_iter().map(named).collect()
 }
 
 /// Nothing is measured yet: what is unknown stands where the file says that it is about, or where there is room for it.
@@ -69,23 +156,31 @@ fn begun(command: &Plan, file: &CampaignFile, seed: u64) -> Result<Campaigned, E
     lay_out(model, &campaign, true, &mut values, &mut generator(seed))?;
     let ways = ways(&campaign, |_| true);
     let assumed = places(model, &campaign, &values, &file.robot);
-    let design = Design { ways, campaign, values };
+    let files = files_of(&file.raw, &campaign, &ways);
+    let design = Design { ways, files, campaign, values };
     Ok(Campaigned { robot: loaded.robot, measured: None, design, raw, diagnostics: loaded.diagnostics, assumed })
 }
 
 /// Readings are added to those of the file, in the session and the placement asked for, else in the last.
-fn continued(command: &Plan, file: &CampaignFile, loaded: crate::files::LoadedCampaign) -> Result<Campaigned, Error> {
+fn continued(command: &Plan, file: &CampaignFile, own: Continued) -> Result<Campaigned, Error> {
+    let Continued { loaded, mut measured, mut model, mut values } = own;
     let mut campaign = loaded.campaign;
-    let (last, session) = sessions(command, &mut campaign.sessions.names)?;
-    let is_new = session > last;
-    let arranged = file.robot.model.arranged(&campaign);
+    let known = campaign.sessions.names.len();
+    let (last, session) = sessions(command, &mut campaign.sessions.names, &measured)?;
+    if campaign.sessions.names.len() > known {
+        let nominal = file.robot.model.arranged(&campaign);
+        values = nominal.nominal_at(&model, &values);
+        model = nominal;
+        measured.sessions = campaign.sessions.clone();
+    }
     let settings = RegistrationSettings::default();
-    let (mut values, _) = registered(&arranged, &campaign, &arranged.registry.nominal(), &settings)?;
-    if is_new {
-        begin(&arranged, &campaign, [last, session], &mut values);
+    (values, _) = registered(&model, &measured, &values, &settings)?;
+    let is_read = measured.readings.iter().any(|reading| reading.session.session == session);
+    if !is_read {
+        begin(&model, &campaign, [last, session], &mut values);
     }
     let placement = placement(command, &campaign)?;
-    let from = if is_new { last } else { session };
+    let from = if session < known { session } else { last };
     let is_own = |reading: &Reading| {
         let member = campaign.target_of(reading).and_then(|target| target.member.1.as_ref());
         let is_there = member.is_none_or(|[_, member]| Some(member) == placement.as_ref());
@@ -99,7 +194,8 @@ fn continued(command: &Plan, file: &CampaignFile, loaded: crate::files::LoadedCa
         ));
     }
     ways.iter_mut().flatten().for_each(|reading| reading.session.session = session);
-    let robot = LoadedRobot { model: arranged, ..loaded.robot };
+    ways.extend(not_yet_carried(&file.raw, &campaign, &ways));
+    let robot = LoadedRobot { model, ..loaded.robot };
     let mut assumed = String::new();
     if campaign.sessions.is_several() {
         assumed += &format!("planned for session {}\n", campaign.sessions.names[session]);
@@ -107,10 +203,11 @@ fn continued(command: &Plan, file: &CampaignFile, loaded: crate::files::LoadedCa
     if let Some(placement) = placement {
         assumed += &format!("planned for placement {placement}\n");
     }
-    let design = Design { ways, values, campaign: campaign.clone() };
+    let files = files_of(&file.raw, &campaign, &ways);
+    let design = Design { ways, files, values, campaign };
     Ok(Campaigned {
         robot,
-        measured: Some(campaign),
+        measured: Some(measured),
         design,
         raw: file.raw.clone(),
         diagnostics: loaded.diagnostics,
@@ -118,17 +215,35 @@ fn continued(command: &Plan, file: &CampaignFile, loaded: crate::files::LoadedCa
     })
 }
 
-/// The last session of the readings and the one that is planned for, which may be a new one, by index.
-fn sessions(command: &Plan, names: &mut Vec<String>) -> Result<(usize, usize), Error> {
+/// The file to which each reading of each way belongs, as the campaign names it: that of its row, or for a session that has files of its
+/// own one of those. Nothing where there is one file.
+fn files_of(raw: &RawCampaign, campaign: &Campaign, ways: &[Vec<Reading>]) -> Vec<Vec<Option<String>>> {
+    let entries = raw.measurements.as_ref().map_or(&[][..], |all| &all.0);
+    let of = |reading: &Reading| {
+        let entry = entries.get(campaign.files.iter().position(|(_, end)| reading.row <= *end)?)?;
+        let session = campaign.sessions.names.get(reading.session.session)?;
+        let is_of_session = |entry: &RawEntry| entry.session.as_ref().is_none_or(|own| own == session);
+        let alike =
+            || entries.iter().find(|other| other.session.as_ref() == Some(session) && other.observes == entry.observes);
+        let entry = if is_of_session(entry) { Some(entry) } else { alike() };
+        entry.filter(|_| entries.len() > 1).map(|entry| entry.file.clone())
+    };
+    ways.iter().map(|way| way.iter().map(of).collect()).collect()
+}
+
+/// The last session of the readings and the one that is planned for, which may be a new one, by index: the one asked for, else the first
+/// of which nothing is measured yet, else the last.
+fn sessions(command: &Plan, names: &mut Vec<String>, measured: &Campaign) -> Result<(usize, usize), Error> {
+    let is_read = |session: usize| measured.readings.iter().any(|reading| reading.session.session == session);
     if let (true, Some(name)) = (names.iter().all(String::is_empty), &command.session) {
         return Err(Error::input(
             format!("--session {name}: the readings name no sessions"),
             "leave --session out, or name the session of the readings in a column `session`",
         ));
     }
-    let last = names.len().saturating_sub(1);
+    let last = (0..names.len()).rev().find(|session| is_read(*session)).unwrap_or_default();
     let session = match &command.session {
-        None => last,
+        None => (0..names.len()).find(|session| !is_read(*session)).unwrap_or(last),
         Some(name) => names.iter().position(|known| known == name).unwrap_or_else(|| {
             names.push(name.clone());
             names.len() - 1
@@ -193,6 +308,30 @@ fn ways(campaign: &Campaign, is_own: impl Fn(&Reading) -> bool) -> Vec<Vec<Readi
     all
 }
 
+/// The same with each payload that the campaign file declares and no row carries; a file may say of all its rows what they carry.
+fn not_yet_carried(raw: &RawCampaign, campaign: &Campaign, ways: &[Vec<Reading>]) -> Vec<Vec<Reading>> {
+    let entries = raw.measurements.as_ref().map_or(&[][..], |all| &all.0);
+    let is_open = |reading: &Reading| {
+        let entry = campaign.files.iter().position(|(_, end)| reading.row <= *end).and_then(|k| entries.get(k));
+        entry.is_some_and(|entry| entry.payload.is_none())
+    };
+    let is_new = |(name, payload): &&(String, Payload)| {
+        raw.payloads.contains_key(name) && campaign.readings.iter().all(|reading| reading.payload != Some(*payload))
+    };
+    let open: Vec<&Vec<Reading>> = ways.iter().filter(|way| way.iter().all(is_open)).collect();
+    let mut more: Vec<Vec<Reading>> = Vec::new();
+    for (_, payload) in campaign.payloads.iter().filter(is_new) {
+        for way in &open {
+            let own: Vec<Reading> = way.iter().map(|reading| Reading { payload: Some(*payload), ..*reading }).collect();
+            // Of ways that differ by what they carry alone one is enough.
+            if !more.contains(&own) {
+                more.push(own);
+            }
+        }
+    }
+    more
+}
+
 /// Where fixtures and anchors of unknown place are assumed to be, in the robot's units.
 fn places(model: &Model, campaign: &Campaign, values: &[f64], robot: &LoadedRobot) -> String {
     let length = robot.raw.units.length;
@@ -226,8 +365,10 @@ pub fn rows(campaigned: &Campaigned, planned: &Planned) -> Vec<Cells> {
             cells.insert(variable.name.clone(), format!("{:.4}", q / units.of(variable.kind())));
         }
         let mut named: Vec<Cells> = Vec::new();
-        for reading in &campaigned.design.ways[station.way] {
-            let own = names(campaign, std::slice::from_ref(reading));
+        let files = campaigned.design.files[station.way].iter();
+        for (reading, file) in campaigned.design.ways[station.way].iter().zip(files) {
+            let mut own = names(campaign, std::slice::from_ref(reading));
+            own.extend(file.iter().map(|file| ("file".to_owned(), file.clone())));
             let agrees = |row: &Cells| own.iter().all(|(name, value)| row.get(name).is_none_or(|known| known == value));
             match named.iter_mut().find(|row| agrees(row)) {
                 Some(row) => row.extend(own),

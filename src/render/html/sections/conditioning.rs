@@ -9,10 +9,10 @@ use minijinja::context;
 use super::color::scale;
 use crate::render::html::charts::{BLUE, Frame, GREY, chart};
 use crate::render::html::page::{Page, Section, safe};
-use crate::results::{Reduction, Report};
+use crate::results::{Identification, Reduction};
 
-pub fn section(report: &Report, page: &Page) -> Option<Section> {
-    let found = report.identify.as_ref()?;
+pub fn section(identified: Option<&Identification>, page: &Page) -> Option<Section> {
+    let found = identified?;
     let values = &found.reduction.singular_values;
     // Where nothing was identified there is nothing to show, least of all on a logarithmic axis.
     if !values.iter().any(|value| *value > 0.0) {

@@ -3,14 +3,14 @@
 mod against;
 mod arrows;
 mod color;
-mod conditioning;
+pub mod conditioning;
 mod curves;
 mod distribution;
 mod effects;
 mod fuzzy;
 mod next;
-mod parameters;
-mod parts;
+pub mod parameters;
+pub mod parts;
 mod patterns;
 mod sensitivity;
 mod stiffness;
@@ -28,9 +28,9 @@ pub fn all(review: &Review, report: &Report, page: &Page) -> Vec<Section> {
         parts::section(review, report, page),
         patterns::section(review, page),
         distribution::section(review, page),
-        parameters::section(report, page),
+        parameters::section(report.identify.as_ref(), page),
         against::section(report, page),
-        conditioning::section(report, page),
+        conditioning::section(report.identify.as_ref(), page),
         sensitivity::section(report, page),
         effects::section(report, page),
         stiffness::section(review, report, page),

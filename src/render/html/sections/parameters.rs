@@ -3,16 +3,16 @@
 use minijinja::context;
 
 use crate::render::html::page::{Page, Section};
-use crate::results::{Dropped, ParameterEstimate, Report};
+use crate::results::{Dropped, Identification, ParameterEstimate};
 
 /// Factors (SI) below this are not shown.
 const LEAST: f64 = 5e-4;
 /// Most parameters shown into which a dropped one is merged.
 const MOST: usize = 6;
 
-pub fn section(report: &Report, page: &Page) -> Option<Section> {
+pub fn section(identified: Option<&Identification>, page: &Page) -> Option<Section> {
     let title = "Parameters".to_string();
-    let Some(found) = &report.identify else {
+    let Some(found) = identified else {
         let html = page.render("parameters.html", context! { none => true });
         return Some(Section { id: "parameters", title, html });
     };

@@ -2,12 +2,12 @@
 
 use kuva::plot::ScatterPlot;
 use kuva::render::plots::Plot;
-use minijinja::context;
+use minijinja::{Value, context};
 
 use crate::description::campaign::Reading;
 use crate::render::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
 use crate::render::html::page::{Page, Section, safe};
-use crate::results::{Report, stage_label};
+use crate::results::{Identification, Report, stage_label};
 use crate::review::{Review, StageKey};
 
 /// Colours of the parts that are told apart in the chart, one after the other.
@@ -17,9 +17,6 @@ const POINTS: usize = 2000;
 
 pub fn section(review: &Review, report: &Report, page: &Page) -> Option<Section> {
     let found = report.identify.as_ref()?;
-    if found.parts.is_empty() && found.worst.is_empty() {
-        return None;
-    }
     let stage = review.readings.stage(StageKey::Calibrated).or(review.readings.stages.last())?;
     let campaign = review.campaign;
     let sessions = &campaign.sessions;
@@ -45,12 +42,22 @@ pub fn section(review: &Review, report: &Report, page: &Page) -> Option<Section>
         .collect();
     let drawn = (!plots.is_empty()).then(|| safe(chart(&frame, None, plots, |layout| layout.with_y_axis_min(0.0))));
     let named = names.iter().zip(COLORS).map(|(name, (_, color))| format!("{name} {color}"));
+    let named = is_reported.then(|| named.collect::<Vec<_>>().join(", "));
+    table(found, page, context! { chart => drawn, stage => stage_label(stage.key), named })
+}
+
+/// The tables, with a chart before them where there is one; nothing where there are none.
+pub fn table(found: &Identification, page: &Page, chart: Value) -> Option<Section> {
+    if found.parts.is_empty() && found.worst.is_empty() {
+        return None;
+    }
     let context = context! {
-        chart => drawn, stage => stage_label(stage.key),
-        named => is_reported.then(|| named.collect::<Vec<_>>().join(", ")),
+        turned => found.worst.iter().any(|reading| reading.orientation_error_deg.is_some()),
+        placed => found.worst.iter().any(|reading| reading.error.is_some()),
         angles => found.parts.iter().any(|part| part.errors.orientation.is_some()),
         lengths => (0..found.parts.len()).filter(|&k| found.parts[k].errors.has_lengths()).collect::<Vec<_>>(),
         loads => found.parts.iter().any(|part| part.errors.load.is_some()),
+        ..chart
     };
     let html = page.render("parts.html", context);
     Some(Section { id: "parts", title: "Errors by session, file and reading".into(), html })

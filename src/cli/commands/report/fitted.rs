@@ -1,0 +1,63 @@
+//! `report` of angles or loads alone: effects are not compared in them, and the page shows the calibration.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use super::super::identify::{NO_LENGTHS, compared, not_computed, other};
+use super::sources::sources;
+use crate::Error;
+use crate::cli::args::Report as Asked;
+use crate::cli::output::Output;
+use crate::cli::session::Session;
+use crate::diagnostic::Code;
+use crate::estimation::{Settings, calibrate};
+use crate::files::LoadedCampaign;
+use crate::plausibility::{Evidence, Limits, forced, judge, judge_result};
+use crate::render::html::fitted_page;
+use crate::results::{CombinedParameters, FittedReport, Identification};
+
+/// The report of a loaded campaign whose readings hold no lengths, `held_out` those that the fit does not see.
+pub fn run(
+    command: &Asked,
+    session: &Session,
+    loaded: LoadedCampaign,
+    held_out: &[bool],
+    page: Option<PathBuf>,
+) -> Result<Output, Error> {
+    let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
+    let force = session.arguments.force;
+    let mut judged = judge(&Evidence::of(model, campaign), &Limits::default());
+    Output::gate(&judged, force, &loaded.diagnostics)?;
+    let other = command.against.as_deref().map(|name| other(name, &command.campaign, &loaded, session)).transpose()?;
+    let bar = session.terminal.bar(None, "{spinner} {msg}");
+    let (started, settings) = (Instant::now(), Settings::default());
+    let found = calibrate(model, campaign, held_out, &settings, &mut |_: &_| bar.set_message("calibrating".into()))
+        .map_err(|error| not_computed(error.into(), model, campaign, session))?;
+    drop(bar);
+    let mut identify = Identification::new(model, campaign, &found, started.elapsed().as_secs_f64());
+    let declared = &loaded.robot.robot.calibration.combinations;
+    identify.conventions = CombinedParameters::all(declared, model, &found);
+    if let Some(other) = &other {
+        identify.against = compared(other, model, campaign, &found, &settings)?;
+    }
+    judged.extend(judge_result(&Evidence::with(model, campaign, &found), &Limits::default()));
+    Output::gate(&judged, force, &loaded.diagnostics)?;
+    let sources = sources(command, session, &loaded);
+    let mut report = FittedReport::new(model, campaign, &found, identify, sources, NO_LENGTHS.into());
+    // That it did not converge stands in the report itself.
+    let shown = if force { forced(judged.clone()) } else { judged.clone() };
+    let shown = shown.into_iter().filter(|found| found.code != Code::NotConverged);
+    report.diagnostics = loaded.diagnostics.iter().cloned().chain(shown).collect();
+    let html = fitted_page(&mut report)?;
+    let answer = report.answer.as_deref().unwrap_or_default();
+    let mut output = Output::new(format!("{}\n\n{answer}\n", campaign.name), &report)?;
+    output.diagnostics = loaded.diagnostics;
+    judged.retain(|found| found.code != Code::NotConverged);
+    let mut output = output.judged(judged, force)?;
+    output.failed |= !report.identify.converged;
+    if let Some(path) = &command.json {
+        output.file("\nits data", path, serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n");
+    }
+    output.page("\nreport", page.as_deref(), html);
+    Ok(output)
+}
