@@ -10,7 +10,7 @@ use elastogeo::diagnosis::Level;
 use elastogeo::effects::{
     Catalogue, Change, Changes, Effect, EffectParameter, Nonlinear, NonlinearValue, ReadingContext, Site, SiteKind,
 };
-use elastogeo::files::load_robot;
+use elastogeo::files::{Reader, load_robot};
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
 use elastogeo::observation::{DEFLECTION, POSITION};
@@ -19,7 +19,7 @@ use nalgebra::{Rotation3, Vector3};
 use rayon::prelude::*;
 
 use super::cli::run;
-use super::support::diagnosed;
+use super::support::{KR270_MASSES, diagnosed, heavy_kr270, switch_on};
 
 const SIGMA: f64 = 3e-5;
 
@@ -607,4 +607,58 @@ fn angles_of_the_instrument_move_points_across_the_line_of_sight() {
             assert_eq!(shown.len(), 2);
         }
     }
+}
+
+/// A joint that turns under the load of another one is in no catalogue, and two laws that cancel one another are no names for it.
+#[test]
+fn laws_that_cancel_one_another_are_not_named() {
+    struct Crossed;
+    impl Effect for Crossed {
+        fn name(&self) -> &'static str {
+            "crossed"
+        }
+        fn sits_at(&self) -> SiteKind {
+            SiteKind::Joint
+        }
+        fn signature(&self) -> &'static str {
+            ""
+        }
+        fn remedy(&self) -> &'static str {
+            ""
+        }
+        fn parameters(&self, _: &Model, _: &Site, _: &Nonlinear) -> Vec<EffectParameter> {
+            vec![EffectParameter::new("amount", "rad/(N.m)", 1e-7)]
+        }
+        fn changes(&self, _: &Model, site: &Site, _: &Nonlinear) -> Changes {
+            let Some(own) = site.coordinate else { return Arc::new(|_, _| {}) };
+            Arc::new(move |context, out| out.push((0, Change::Joint(own, context.own_load[own + 1]))))
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let heavy = heavy_kr270(folder.path(), KR270_MASSES);
+    let plain = load_robot(&heavy).expect("a robot").model;
+    let mut spoiled = Reader::new(Catalogue::standard().with(Crossed)).robot(&heavy).expect("a robot").model;
+    switch_on(&mut spoiled, "crossed", "joint:2", &[("amount", 3e-7)]);
+    let found = diagnosed(&plain, &read(&plain, &spoiled, 0.9));
+    let said: Vec<String> =
+        found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
+    println!("{said:?} {} {}", found.gap.rms, found.rms_after);
+    assert!(found.gap.is_significant, "{}", found.gap.rms);
+    assert!(found.causes.iter().all(|cause| cause.level != Level::Law), "{said:?}");
+}
+
+/// Without times, but in an order that is stated, what moves in the course of the campaign goes with the order, and not with a temperature
+/// that rises a little meanwhile.
+#[test]
+fn what_moves_in_the_course_goes_with_the_order() {
+    let (plain, spoiled) = arm("frame-drift", "base", &[("x", RawAmount::from(5e-8)), ("z", RawAmount::from(-8e-8))]);
+    let mut campaign = read(&plain, &spoiled, 0.7);
+    let count = campaign.readings.len() as f64;
+    (campaign.conditions.time, campaign.conditions.session_time) = (None, None);
+    campaign.conditions.temperature =
+        Some(campaign.readings.iter().map(|reading| 20.0 + (reading.row as f64 / count * 9.0).sin()).collect());
+    let found = diagnosed(&plain, &campaign);
+    let follows: Vec<(&str, Option<&str>)> =
+        found.causes.iter().map(|cause| (cause.site.as_str(), cause.follows.as_deref())).collect();
+    assert_eq!(follows.first(), Some(&("base", Some("order"))), "{follows:?}");
 }

@@ -183,11 +183,45 @@ fn effects_that_cannot_be_are_refused() {
         ("{effect: gear-ratio, site: \"joint:flange\", parameters: {ratio: 1e-4}}", "cannot sit at `joint:flange`"),
         ("{effect: gear-ratio, site: \"joint:2\", parameters: {raito: 1e-4}}", "no parameter `raito`"),
         ("{effect: link-weight, site: \"link:2\", parameters: {body2.mass: 1}}", "cannot sit at `link:2`"),
+        ("{effect: outliers, site: instrument}", "of single readings, and nothing of a robot"),
+        (
+            "{effect: joint-coupling, site: \"joint:2\", parameters: {ratio: 1e-3, variable: q2}}",
+            "`variable: q2` of `joint-coupling` at `joint:2`",
+        ),
+        (
+            "{effect: transmission-error, site: \"joint:2\", parameters: {cos: 1e-4, order: -3}}",
+            "write a number above 0",
+        ),
     ] {
         std::fs::write(at.join("arm.yaml"), format!("{ARM}effects: [{entry}]\n")).expect("written");
         let ran = run(at, &["check", "arm.yaml"]);
         assert_eq!(ran.status, 2, "{entry}: {}", ran.out);
         assert!(ran.err.contains(expected) && ran.err.contains("help"), "{entry}: {}", ran.err);
+    }
+}
+
+/// Amounts in another unit than SI, and ranges of validity of no variable or the wrong way round.
+#[test]
+fn amounts_and_ranges_beyond_reason_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let check = |more: &str| {
+        std::fs::write(at.join("arm.yaml"), format!("{ARM}{more}\n")).expect("written");
+        run(at, &["check", "arm.yaml"])
+    };
+    let far = check("effects: [{effect: gear-ratio, site: \"joint:2\", parameters: {ratio: 50}}]");
+    assert!(far.status == 0 && far.err.contains("times what such an effect usually is"), "{}", far.err);
+    let near = check("effects: [{effect: gear-ratio, site: \"joint:2\", parameters: {ratio: 5e-4}}]");
+    assert!(near.status == 0 && !near.err.contains("usually"), "{}", near.err);
+    for (validity, expected) in [
+        ("{joints: {q9: [0, 1]}}", "unknown variable `q9`"),
+        ("{joints: {q2: [1, 0]}}", "a range from 1 to 0"),
+        ("{loads: {torque: [0, 1]}}", "unknown load `torque`"),
+        ("{time: [5, 1]}", "a range from 5 to 1"),
+    ] {
+        let ran = check(&format!("validity: {validity}"));
+        assert_eq!(ran.status, 2, "{validity}: {}", ran.out);
+        assert!(ran.err.contains(expected) && ran.err.contains("arm.yaml:"), "{validity}: {}", ran.err);
     }
 }
 
