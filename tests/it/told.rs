@@ -115,7 +115,7 @@ fn noise_and_loads_beyond_reason_are_doubted_and_noise_beyond_all_is_refused() {
     }
     let folder = campaign();
     change(folder.path(), "c/campaign.yaml", "sigma: 0.02", "sigma: 1e12");
-    refused(&run(folder.path(), &["check", "c"]), &["more than 100 m is no measurement", "campaign.yaml:14:"]);
+    refused(&run(folder.path(), &["check", "c"]), &["more than 100 m is no measurement", "campaign.yaml:16:"]);
     let loaded = ["simulate", "universal-ur5", "--poses", "12", "--wrench", "1e9,0,0,0,0,0", "--into", "d"];
     assert_eq!(run(folder.path(), &loaded).status, 0);
     let ran = run(folder.path(), &["check", "d"]);
