@@ -21,7 +21,8 @@ fn with_effect(at: &Path, name: &str, effect: &str) {
 
 /// Readings with times, of the same errors whatever the effect.
 fn simulated(at: &Path, robot: &str, poses: &str, into: &str) {
-    let made = ["simulate", robot, "--poses", poses, "--seed", "3", "--errors", "0.3", "--conditions", "--noise", "0.02"];
+    let made =
+        ["simulate", robot, "--poses", poses, "--seed", "3", "--errors", "0.3", "--conditions", "--noise", "0.02"];
     ok(at, &[&made[..], &["--unknown-base", "--unknown-tool", "--into", into]].concat());
 }
 
@@ -41,7 +42,8 @@ fn causes(found: &Value) -> Vec<String> {
 fn a_joint_that_slipped_is_written_where_it_stays() {
     let folder = starter();
     let at = folder.path();
-    let slip = |at: &str| format!("{{effect: joint-slip, site: 'joint:3', parameters: {{offset: 8e-4, slip_at: {at}}}}}");
+    let slip =
+        |at: &str| format!("{{effect: joint-slip, site: 'joint:3', parameters: {{offset: 8e-4, slip_at: {at}}}}}");
     with_effect(at, "slips.yaml", &slip("3000"));
     with_effect(at, "slipped.yaml", &slip("-1"));
     simulated(at, "slips.yaml", "80", "first");
