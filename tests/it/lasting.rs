@@ -29,7 +29,7 @@ fn simulated(at: &Path, robot: &str, poses: &str, into: &str) {
 /// What the written description leaves of a campaign with base and tool fitted alone, mm.
 fn left(at: &Path, campaign: &str, robot: &str) -> f64 {
     let found = printed_json(at, &["register", campaign, "--robot", robot]);
-    number(&found["residuals"]["fit_after"]["rms"])
+    number(&found["residuals"]["registration"]["rms"])
 }
 
 fn causes(found: &Value) -> Vec<String> {

@@ -228,7 +228,9 @@ fn applied(raw: &mut RawRobot, model: &Model, found: &Diagnosis, keeps_rest: boo
             let mut written = entry.raw(model);
             if !cause.rivals.is_empty() {
                 let others = cause.rivals.iter().map(|rival| format!("{}@{}", rival.effect, rival.site));
-                let tied = std::iter::once(own.clone()).chain(others).collect();
+                let tied: Vec<String> = std::iter::once(own.clone()).chain(others).collect();
+                let is_new = |(at, name): &(usize, &String)| !tied[..*at].contains(name);
+                let tied = tied.iter().enumerate().filter(is_new).map(|(_, name)| name.clone()).collect();
                 written.applied = Some(RawApplied { member: Some(own), tied });
             }
             raw.effects.push(written);

@@ -47,7 +47,7 @@ impl EffectEntry {
             let amount = *self.amounts.get(symbol)?;
             (amount.abs() > BEYOND * scale).then(|| {
                 Diagnostic::warning(format!(
-                    "`{symbol}: {amount:e}` of `{}` is {:.0} times what such an effect usually is ({scale:e} {unit})",
+                    "`{symbol}: {amount:.3e}` of `{}` is {:.0e} times what such an effect usually is ({scale:.0e} {unit})",
                     self.effect.name(),
                     amount.abs() / scale
                 ))
