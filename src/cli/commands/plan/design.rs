@@ -60,6 +60,18 @@ struct Continued {
     values: Vec<f64>,
 }
 
+/// What is read at each configuration of a plan.
+fn wanted(command: &Plan) -> Wanted<'_> {
+    Wanted {
+        markers: &command.markers,
+        repeats: 1,
+        wrenches: &[],
+        placements: command.placements.unwrap_or(1),
+        runs: &[],
+        given: None,
+    }
+}
+
 /// Reads what can be planned for a campaign some of whose files hold no readings yet: their sessions, kinds, contacts and payloads count
 /// as those of the others.
 pub fn partly_measured(
@@ -69,14 +81,7 @@ pub fn partly_measured(
     session: &Session,
 ) -> Result<Campaigned, Error> {
     let raw = plain(&file.raw);
-    let wanted = Wanted {
-        markers: &command.markers,
-        repeats: 1,
-        wrenches: &[],
-        placements: command.placements.unwrap_or(1),
-        runs: &[],
-        given: None,
-    };
+    let wanted = wanted(command);
     let unmeasured = file.unmeasured();
     let middle = file.robot.model.middle();
     let own = raw.entries().into_iter().zip(&unmeasured);
@@ -138,14 +143,7 @@ fn begun(command: &Plan, file: &CampaignFile, seed: u64) -> Result<Campaigned, E
         ));
     }
     let raw = plain(&file.raw);
-    let wanted = Wanted {
-        markers: &command.markers,
-        repeats: 1,
-        wrenches: &[],
-        placements: command.placements.unwrap_or(1),
-        runs: &[],
-        given: None,
-    };
+    let wanted = wanted(command);
     let entries = raw.entries();
     let middle = file.robot.model.middle();
     let configurations: Vec<Vec<Vec<f64>>> =
