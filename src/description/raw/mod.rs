@@ -151,7 +151,7 @@ raw! {
     pub struct RawEffect {
         /// Its name in the catalogue of effects.
         effect: Option<String>,
-        /// Where it sits: `joint:2`, `link:3`, `actuator:screw2`, `frame:4`, `base`, `tool`, `instrument`.
+        /// Where it sits: `joint:2`, `link:3`, `actuator:screw2`, `frame:4`, `base`, `tool`, `marker:m1`, `instrument`.
         site: Option<String>,
         /// Its parameters: amounts in SI, and what it is not linear in by name or number.
         parameters: IndexMap<String, RawAmount>,
