@@ -191,7 +191,11 @@ fn less(shrinkage: f64, ci95: [Option<f64>; 2]) -> String {
 fn curve_text(curve: &Curve) -> String {
     let (unit, size) = curve.shown_in();
     let degrees = curve.unit == "rad";
-    let at = |x: f64| if degrees { format!("{:.0} deg", x.to_degrees()) } else { format!("{x:.3} {}", curve.unit) };
+    let at = |x: f64| match curve.unit {
+        "1" => format!("{x:.0}"),
+        _ if degrees => format!("{:.0} deg", x.to_degrees()),
+        unit => format!("{x:.3} {unit}"),
+    };
     let one =
         |((x, amount), band): ((&f64, &f64), &f64)| format!("{}: {:+.3} +- {:.3}", at(*x), size * amount, size * band);
     let all: Vec<String> = curve.at.iter().zip(&curve.amount).zip(&curve.band).map(one).collect();
