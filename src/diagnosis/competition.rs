@@ -151,8 +151,8 @@ impl Competition {
     }
 }
 
-/// Megabytes meant for the columns of all hypotheses.
-const MOST_MEGABYTES: usize = 300;
+/// Megabytes meant for the columns of all hypotheses: with the program and its readings they stay below 400.
+const MOST_MEGABYTES: usize = 330;
 
 /// Copies of all columns that are held at one time: of all readings, of those fitted, as they are and projected.
 const COPIES: usize = 4;

@@ -72,8 +72,6 @@ pub(super) static LAW: Law = Law {
             (SiteKind::Joint, Driver::Load(v)) => Some(v) == site.coordinate,
             (SiteKind::Joint, Driver::LastMove(v)) => Some(v) == site.coordinate && !survey.is_difference,
             (_, Driver::Range | Driver::Height) => site.kind == SiteKind::Instrument && !survey.is_difference,
-            // Columns for every joint would take memory from the readings: the order stands in for times at base and tool.
-            (SiteKind::Joint, Driver::Order) => false,
             (SiteKind::Joint, _) => !survey.is_difference,
             (
                 SiteKind::Base | SiteKind::Tool,
