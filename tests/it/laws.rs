@@ -343,10 +343,15 @@ fn a_marker_that_slips_is_named_at_the_marker() {
     // It is of that day. Readings between its time and the nearest tried are outliers to the law, and no others are.
     assert!(found.causes[0].entries[0].effect.is_of_the_measurement(&found.causes[0].entries[0].site));
     assert!(found.outliers.len() <= 2, "{:?}", found.outliers);
+    // Early, so that it is the readings before that are the fewer.
+    let early = [("z", number(4e-4)), ("slip_at", number(1500.0))];
+    let (_, spoiled) = arm("marker-slip", &site, &early);
+    slipped = read(&plain, &spoiled, 0.7);
     (slipped.conditions.time, slipped.conditions.session_time) = (None, None);
     let found = diagnosed(&plain, &slipped);
     let said: Vec<String> = found.causes.iter().map(|cause| format!("{}@{}", cause.effect, cause.site)).collect();
     assert!(found.gap.is_significant && said.iter().all(|cause| !cause.starts_with("outliers")), "{said:?}");
+    assert!(found.outliers.is_empty(), "{:?}", found.outliers);
 }
 
 /// A joint that stands elsewhere beyond some angle: no sine is that, nor a series of them, and none is named.
