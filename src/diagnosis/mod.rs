@@ -25,6 +25,7 @@ mod hypothesis;
 mod implied;
 mod inputs;
 mod kept_amount;
+mod lasting;
 mod level;
 mod linear_fit;
 mod linear_problem;

@@ -94,12 +94,12 @@ pub fn are_of_one_place(inputs: &Inputs, competition: &Competition, marked: &[bo
 
 /// Readings at an end of the campaign, at least, that are no outliers where nearly all of them are marked: two or three may be chance.
 const LEAST_AT_END: usize = 5;
-/// Share of them that is marked, and share of all that is marked among them, at least. Outliers have neither; what moved has both, but for readings
-/// next to the moment at which it did and for displacements across what is read. A judgement.
+/// Share of them that is marked, and share of all that is marked among them, at least. Outliers have neither; what moved has both, but
+/// for readings next to the moment at which it did. A judgement.
 const NEARLY_ALL: f64 = 0.9;
 
-/// Whether the marked readings are those of one marker, or all, from one reading on or up to one, in the order of measurement: it was moved, and nothing is wrong with
-/// them.
+/// Whether the marked readings are those of one marker, or all, from one reading on or up to one, in the order of measurement: it
+/// was moved, and nothing is wrong with them.
 pub fn are_of_one_move(campaign: &Campaign, marked: &[bool]) -> bool {
     let all = marked.iter().filter(|marked| **marked).count();
     let markers = distinct(campaign.readings.iter().map(|reading| reading.marker));

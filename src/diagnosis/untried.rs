@@ -51,16 +51,15 @@ pub fn not_tried(model: &Model, survey: &Survey, hypotheses: &[Hypothesis], know
     untried.map(of).collect()
 }
 
-/// Takes out the hypotheses that the base moved with time or temperature, where fixed reflectors moved by much less than a gap (m): all of them where the
-/// reflectors moved by no more than noise, or where `is_fixed`.
+/// Takes out the hypotheses that the base moved with time or temperature, where fixed reflectors moved by much less than a gap (m): all of
+/// them where the reflectors moved by no more than noise, or where `is_fixed`.
 pub fn excluded(campaign: &Campaign, gap: f64, is_fixed: bool, hypotheses: &mut Vec<Hypothesis>) -> Vec<Excluded> {
     let motion = reference_noise(&campaign.references).and_then(|seen| seen.motion);
     let is_still = |motion: &Motion| motion.rms < OF_GAP * gap && (is_fixed || motion.p > CHANCE);
     let Some(motion) = motion.filter(is_still) else { return Vec::new() };
     let [rms, greatest, gap] = [motion.rms, motion.greatest, gap].map(|length| 1e3 * length);
-    let how = if motion.p > CHANCE { "as their scatter allows, by" } else { "by" };
-    let by =
-        format!("fixed reflectors moved {how} {rms:.4} mm (rms, at most {greatest:.4} mm); the gap is {gap:.4} mm");
+    let seen = if motion.p > CHANCE { "stood still within their scatter," } else { "moved by" };
+    let by = format!("fixed reflectors {seen} {rms:.4} mm (rms, at most {greatest:.4} mm); the gap is {gap:.4} mm");
     let mut found: Vec<Excluded> = Vec::new();
     for hypothesis in hypotheses.iter().filter(|hypothesis| moves_base(hypothesis)) {
         let EffectAtSite { effect, site } = hypothesis.named();

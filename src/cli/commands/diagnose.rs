@@ -10,15 +10,13 @@ use crate::cli::args::Diagnose;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::description::campaign::Campaign;
-use crate::description::frame::Motion;
 use crate::description::raw::{RawApplied, RawRobot, RawValidity};
-use crate::diagnosis::{Cause, Diagnosis, Level, Settings, diagnose};
+use crate::diagnosis::{Diagnosis, Settings, diagnose};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::effects::{EffectEntry, Family, Nonlinear};
+use crate::effects::EffectEntry;
 use crate::files::LoadedRobot;
 use crate::model::{Model, with_values};
 use crate::observation::Purpose;
-use crate::parameter::Slot;
 use crate::plausibility::{Evidence, Limits, doubts, judge};
 use crate::render::diagnosis as render;
 use crate::results;
@@ -127,7 +125,7 @@ pub fn worse_than_found(described: &Described, session: &Session) -> Result<Opti
     let used = |reading: usize| !found.outliers.contains(&campaign.readings[reading].row);
     let of_session = found.causes.iter().flat_map(|cause| cause.entries.iter().map(move |entry| (cause, entry)));
     let of_session: Vec<EffectEntry> =
-        of_session.filter(|(cause, entry)| is_of_the_session(cause, entry)).map(|(_, entry)| entry.clone()).collect();
+        of_session.filter(|(cause, entry)| cause.is_of_the_session(entry)).map(|(_, entry)| entry.clone()).collect();
     let Some(left) = leaves(raw, session, expected, &of_session, used)? else { return Ok(None) };
     let claimed = found.rms_after.max(found.gap.noise) + ROUNDING;
     let limit = (BEYOND * claimed).max(found.rms_after_ci95.map_or(0.0, |[_, most]| most));
@@ -162,29 +160,6 @@ pub fn worse_than_found(described: &Described, session: &Session) -> Result<Opti
     ))
 }
 
-/// Whether an entry of a cause belongs to the session, and not to the robot.
-fn is_of_the_session(cause: &Cause, entry: &EffectEntry) -> bool {
-    let is_of_time = cause.family == Family::Time && (cause.level != Level::Law || !entry.effect.recurs());
-    entry.effect.is_of_the_measurement(&entry.site) || is_of_time
-}
-
-/// What stays of an entry that belongs to the session, as constants of the robot from its end on; `None` where nothing does, or where other
-/// joints follow the one that slipped.
-fn remains(model: &Model, cause: &Cause, entry: &EffectEntry) -> Option<EffectEntry> {
-    let effect = model.catalogue.get(entry.effect.remains().filter(|_| cause.level == Level::Law)?)?.clone();
-    let Motion::Variable { index, direction } = model.frames.get(entry.site.frame)?.motion else { return None };
-    let mut unit = vec![0.0; model.variables.len()];
-    *unit.get_mut(index)? = 1.0;
-    if model.followers().iter().any(|follower| follower.of(&unit) != 0.0) {
-        return None;
-    }
-    let nonlinear = Nonlinear::default();
-    let constants = effect.constants(model, &entry.site, &nonlinear);
-    let of = |(slot, amount): (&Slot, &f64)| (model.registry[*slot].name.clone(), direction * amount);
-    let amounts = constants.iter().zip(entry.amounts.values()).map(of).collect();
-    Some(EffectEntry { effect, site: entry.site.clone(), nonlinear, amounts })
-}
-
 /// A warning where nothing is re-fitted: what `identify` fits then competes as causes.
 fn nothing_refitted(campaign: &Campaign, model: &Model) -> Option<Diagnostic> {
     let [message, remedy] = match campaign.observes.purpose() {
@@ -208,7 +183,7 @@ fn applied(raw: &mut RawRobot, model: &Model, found: &Diagnosis, keeps_rest: boo
     for cause in &found.causes {
         for entry in &cause.entries {
             let own = entry.to_string();
-            if let Some(stays) = remains(model, cause, entry) {
+            if let Some(stays) = cause.remains(model, entry) {
                 let message =
                     format!("{own} belongs to this session: the robot is written as it is after it, with {stays}");
                 raw.effects.extend(keeps_rest.then(|| stays.raw(model)));
@@ -216,7 +191,7 @@ fn applied(raw: &mut RawRobot, model: &Model, found: &Diagnosis, keeps_rest: boo
                 left_out.push(Diagnostic::warning(message).code(Code::OfTheSession).remedy(remedy));
                 continue;
             }
-            if is_of_the_session(cause, entry) {
+            if cause.is_of_the_session(entry) {
                 let message = format!("{own} belongs to this session, and is not written into the robot");
                 left_out.push(
                     Diagnostic::warning(message)
@@ -228,9 +203,12 @@ fn applied(raw: &mut RawRobot, model: &Model, found: &Diagnosis, keeps_rest: boo
             let mut written = entry.raw(model);
             if !cause.rivals.is_empty() {
                 let others = cause.rivals.iter().map(|rival| format!("{}@{}", rival.effect, rival.site));
-                let tied: Vec<String> = std::iter::once(own.clone()).chain(others).collect();
-                let is_new = |(at, name): &(usize, &String)| !tied[..*at].contains(name);
-                let tied = tied.iter().enumerate().filter(is_new).map(|(_, name)| name.clone()).collect();
+                let mut tied = vec![own.clone()];
+                for other in others {
+                    if !tied.contains(&other) {
+                        tied.push(other);
+                    }
+                }
                 written.applied = Some(RawApplied { member: Some(own), tied });
             }
             raw.effects.push(written);
