@@ -62,9 +62,9 @@ fn poses(found: &Plan, screen: Screen) -> String {
     // What all rows share goes without saying.
     let read: Vec<[String; 2]> = found.poses.iter().map(PlannedPose::kinds_and_files).collect();
     let differs = |k: usize| read.iter().any(|own| own[k] != read[0][k] || own[k].contains(' '));
-    let told: Vec<usize> =
+    let varying: Vec<usize> =
         (0..2).filter(|&k| differs(k) || k == 1 && read.iter().any(|own| !own[1].is_empty())).collect();
-    header.extend(told.iter().map(|&k| ["observes", "file"][k]));
+    header.extend(varying.iter().map(|&k| ["observes", "file"][k]));
     if !all_seen {
         header.push("seen");
     }
@@ -76,7 +76,7 @@ fn poses(found: &Plan, screen: Screen) -> String {
             row.extend(pose.wrench.iter().map(|w| format!("{w}")));
         }
         row.extend(columns.iter().map(|name| pose.names.get(*name).cloned().unwrap_or_default()));
-        row.extend(told.iter().map(|&k| read[k].clone()));
+        row.extend(varying.iter().map(|&k| read[k].clone()));
         if !all_seen {
             row.push(pose.markers.join(" "));
         }

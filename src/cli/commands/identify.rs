@@ -408,7 +408,7 @@ pub fn holds_lengths(campaign: &Campaign) -> bool {
 /// Refuses a campaign of angles or torques alone, in which effects are not compared.
 pub fn has_lengths(campaign: &Campaign) -> Result<(), Error> {
     let remedy = "`identify` fits angles or torques alone and shows what is left of them, and `report` writes a page of it; a diagnosis needs \
-                  positions, poses, distances, contacts or deflections beside them";
+                  positions, poses, distances, contacts or deflections with them";
     if holds_lengths(campaign) { Ok(()) } else { Err(Error::input(NO_LENGTHS, remedy)) }
 }
 
