@@ -1,11 +1,14 @@
 //! Candidates for one cause, compared by what they leave of readings that were not fitted.
 
+use nalgebra::DMatrix;
+
 use super::forward::Forward;
 use super::held_out::{Additions, HeldOut, Losses, paired};
 use super::hypothesis::Hypothesis;
 use super::level::{Level, Stability};
 use super::misfit::Readings;
 use super::stability::stability;
+use crate::math::quantiles::normal_of_any;
 use crate::math::{orthonormal, project_off};
 
 /// What a law is tested with.
@@ -82,11 +85,42 @@ impl Compared<'_> {
     /// Whether a candidate takes away most of what another does: a cause that does not is another one in addition, however near
     /// the two come by themselves.
     pub fn is_alternative(&self, at: usize, own: usize) -> bool {
+        self.takes_the_same(&self.additions.candidates[at], own)
+    }
+
+    /// The same of orthonormal columns, off what the other causes have.
+    fn takes_the_same(&self, columns: &DMatrix<f64>, own: usize) -> bool {
         let before = project_off(&self.forward.problem.residual, &self.additions.basis);
-        let [own, other] = [own, at].map(|at| &self.additions.candidates[at]);
+        let own = &self.additions.candidates[own];
         let alone = own.tr_mul(&before).norm_squared();
-        let in_addition = orthonormal(own, Some(other)).tr_mul(&before).norm_squared();
+        let in_addition = orthonormal(own, Some(columns)).tr_mul(&before).norm_squared();
         in_addition < (1.0 - self.forward.settings.least_rival) * alone
+    }
+
+    /// Whether a hypothesis of amounts beyond reason does certainly better in the place of a candidate, and by much. What it stands for is not
+    /// known; the candidate is not what happens.
+    pub fn is_beaten_beyond_reason(&self, at: usize) -> bool {
+        let (selector, settings) = (self.forward.selector, self.forward.settings);
+        let hypotheses = &self.forward.problem.hypotheses;
+        let before = project_off(&self.forward.problem.residual, &self.additions.basis);
+        let taken = self.additions.candidates[at].tr_mul(&before).norm_squared();
+        let within = selector.gains(self.others);
+        let all = selector.projection.gains(self.others, f64::INFINITY);
+        let is_beyond = |&h: &usize| {
+            within[h].directions == 0
+                && all[h].squares > taken
+                && !hypotheses[h].is_free()
+                && !self.others.iter().any(|&other| hypotheses[other].is_same(&hypotheses[h]))
+        };
+        let sets: Vec<Vec<usize>> = (0..hypotheses.len()).filter(is_beyond).map(|h| vec![h]).collect();
+        let additions = Additions::new(&selector.projection, self.others, &sets);
+        let losses = self.forward.folds.losses(&additions);
+        let certain = normal_of_any(settings.of_any, sets.len().max(1)).max(settings.paired_t);
+        (0..sets.len()).any(|k| {
+            paired(&self.losses.with[at], &losses.with[k]).t > certain
+                && self.gain(at) < settings.of_free * paired(&losses.base, &losses.with[k]).sum
+                && self.takes_the_same(&additions.candidates[k], at)
+        })
     }
 
     /// Whether a candidate does as well as another in its place.

@@ -17,7 +17,7 @@ pub struct Gates {
     pub of_free: Option<f64>,
     pub elsewhere: Option<f64>,
     /// Whether a free curve anywhere, an amount of each marker's own, one that changes along a joint, or an error at a few of its
-    /// angles, is certainly better, and by much; or other causes cancel it.
+    /// angles, or what no machine has, is certainly better, and by much; or other causes cancel it.
     pub is_beaten: bool,
     /// Whether it has another shape at its site.
     pub is_of_other_shape: bool,
@@ -78,7 +78,8 @@ impl Compared<'_> {
             }
         }
         let (of_site, is_in_limit) = (self.of_site(at), self.is_in_limit(at));
-        let is_beaten = is_beaten || self.is_cancelled(at) || self.is_lost_elsewhere(at);
+        let is_beaten =
+            is_beaten || self.is_cancelled(at) || self.is_lost_elsewhere(at) || self.is_beaten_beyond_reason(at);
         let is_of_other_shape = !is_beaten && self.is_of_other_shape(at);
         Gates { of_free, is_beaten, is_of_other_shape, elsewhere, of_site, is_in_limit, missed: self.missed(at) }
     }

@@ -129,6 +129,14 @@ impl Nonlinear {
         })
     }
 
+    /// The number that is taken as it is, the moment of what happens once, if there is one.
+    pub fn moment(&self) -> Option<f64> {
+        self.0.iter().find_map(|(parameter, value)| match (parameter.kind, value) {
+            (NonlinearKind::Real { is_continuous: false, .. }, NonlinearValue::Real(value)) => Some(*value),
+            _ => None,
+        })
+    }
+
     /// The same with another value of the parameter that can be refined.
     #[must_use]
     pub fn with_continuous(mut self, value: f64) -> Self {
