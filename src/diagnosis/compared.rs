@@ -118,7 +118,7 @@ impl Compared<'_> {
         let certain = normal_of_any(settings.of_any, sets.len().max(1)).max(settings.paired_t);
         (0..sets.len()).any(|k| {
             paired(&self.losses.with[at], &losses.with[k]).t > certain
-                && self.gain(at) < settings.of_free * paired(&losses.base, &losses.with[k]).sum
+                && self.gain(at) < settings.near_curve * paired(&losses.base, &losses.with[k]).sum
                 && self.takes_the_same(&additions.candidates[k], at)
         })
     }

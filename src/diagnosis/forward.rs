@@ -38,9 +38,24 @@ impl Forward<'_> {
         for _ in 0..most {
             let members = causes.concat();
             let Some(cause) = self.next(&members) else { break };
-            causes.extend(self.without_others(&members, cause));
+            for cause in self.without_others(&members, cause) {
+                match causes.iter_mut().find(|known| self.is_of_same_joints(known, &cause)) {
+                    Some(known) => known.extend(cause),
+                    None => causes.push(cause),
+                }
+            }
         }
         causes
+    }
+
+    /// Whether two causes, one of them at several joints, are the like of one effect at all joints: what hid one joint from the others is
+    /// fitted by then.
+    fn is_of_same_joints(&self, known: &[usize], cause: &[usize]) -> bool {
+        let hypotheses = &self.problem.hypotheses;
+        let is_like = |&h: &usize| {
+            is_of_all_joints(&hypotheses[h]) && hypotheses[h].effect.name() == hypotheses[known[0]].effect.name()
+        };
+        (known.len() > 1 || cause.len() > 1) && known.iter().chain(cause).all(is_like)
     }
 
     /// The cause that leaves least among those that are worth having and not chance. A candidate that would take more away but is not

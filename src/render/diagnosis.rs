@@ -75,7 +75,7 @@ pub fn finding(found: &Diagnosis) -> String {
             found.hypotheses
         ),
         Verdict::Explained | Verdict::PartlyExplained => {
-            let named: Vec<String> = found.causes.iter().map(|c| named(found, c)).collect();
+            let named: Vec<String> = found.causes.chunk_by(is_of_one).map(|own| named(found, own)).collect();
             let (word, named) = (
                 if found.verdict == Verdict::Explained { "Explained" } else { "Partly explained" },
                 named.join(", then "),
@@ -98,12 +98,25 @@ pub fn finding(found: &Diagnosis) -> String {
     }
 }
 
-/// A cause by name; of outliers, how many were set aside.
-fn named(found: &Diagnosis, cause: &Cause) -> String {
+/// Whether two causes are the same law at two sites, neither tied with another.
+fn is_of_one(a: &Cause, b: &Cause) -> bool {
+    let is_alone = |cause: &Cause| cause.level == Level::Law && cause.indistinguishable_from.is_empty();
+    a.effect == b.effect && is_alone(a) && is_alone(b)
+}
+
+/// Causes of one law by its name and their sites; of outliers, how many were set aside.
+fn named(found: &Diagnosis, causes: &[Cause]) -> String {
     let count = found.outliers.len();
-    match cause.effect.as_str() {
-        "outliers" => format!("outliers ({count} reading{} set aside)", if count == 1 { "" } else { "s" }),
-        _ => cause.claim.clone(),
+    match causes {
+        [cause] if cause.effect == "outliers" => {
+            format!("outliers ({count} reading{} set aside)", if count == 1 { "" } else { "s" })
+        }
+        [cause] => cause.claim.clone(),
+        [first, others @ ..] => {
+            let sites: Vec<&str> = others.iter().map(|cause| cause.site.as_str()).collect();
+            format!("{} at {} and {}", first.effect, first.site, sites.join(" and "))
+        }
+        [] => String::new(),
     }
 }
 

@@ -27,7 +27,7 @@ const SIGMA: f64 = 3e-5;
 type Case<'a> = (&'a str, &'a str, Vec<(&'a str, RawAmount)>);
 
 /// A KR-270 with gear ratios, and with an effect.
-fn arm(effect: &str, site: &str, parameters: &[(&str, RawAmount)]) -> (Model, Model) {
+pub fn arm(effect: &str, site: &str, parameters: &[(&str, RawAmount)]) -> (Model, Model) {
     let mut plain = load_robot("kuka-kr270").expect("bundled").model;
     plain.variables.iter_mut().for_each(|variable| variable.gear_ratio = Some(93.7));
     let parameters = parameters.iter().map(|(name, value)| ((*name).to_string(), value.clone())).collect();
@@ -43,7 +43,7 @@ fn read(plain: &Model, spoiled: &Model, spread: f64) -> Campaign {
 }
 
 /// The same in so many configurations.
-fn read_at(count: usize, plain: &Model, spoiled: &Model, spread: f64) -> Campaign {
+pub fn read_at(count: usize, plain: &Model, spoiled: &Model, spread: f64) -> Campaign {
     let mut random = generator(11);
     let truth = spoiled.completed(&draw_errors(plain, 0.3, 0.0, &mut random));
     let geometry = Geometry::new(plain, &truth).expect("assembled");
@@ -233,7 +233,7 @@ fn a_walk_of_the_base_is_no_drift() {
 }
 
 /// The causes found of a UR5 with effects, by the robot without them: base and tool unknown, so many configurations, noise in mm.
-fn causes_of_ur5(effects: &str, poses: &str, noise: &str) -> Vec<serde_json::Value> {
+pub fn causes_of_ur5(effects: &str, poses: &str, noise: &str) -> Vec<serde_json::Value> {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     let ok = |arguments: &[&str]| assert_eq!(run(at, arguments).status, 0, "{arguments:?}");

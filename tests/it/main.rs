@@ -70,6 +70,7 @@ mod noise;
 mod numerics;
 mod observation;
 mod orthonormal;
+mod other_shapes;
 mod own_weight;
 mod placing;
 mod planar_misalignment;

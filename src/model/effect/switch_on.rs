@@ -35,10 +35,10 @@ impl EffectEntry {
     pub fn doubt(&self, model: &Model) -> Option<Diagnostic> {
         let parameters = self.effect.parameters(model, &self.site, &self.nonlinear);
         if !parameters.is_empty() && self.amounts.is_empty() {
-            let symbols: Vec<&str> = parameters.iter().map(|parameter| parameter.symbol.as_str()).collect();
+            let symbols: Vec<String> = parameters.iter().map(|parameter| format!("{}: ..", parameter.symbol)).collect();
             let message = format!("`{}` has no amount, and changes nothing", self.effect.name());
             return Some(
-                Diagnostic::warning(message).remedy(format!("give its parameters (SI): {}", symbols.join(", "))),
+                Diagnostic::warning(message).remedy(format!("add `parameters: {{{}}}` (SI)", symbols.join(", "))),
             );
         }
         let is_constants = !self.effect.constants(model, &self.site, &self.nonlinear).is_empty();
