@@ -212,6 +212,7 @@ def evidence(program):
             record(f"irb120{kind}-geometry", "identify", f"irb120{kind}-geometry.yaml")
             record(f"irb120{kind}-compliant", "identify", f"irb120{kind}-compliant.yaml", "--what", "geometric,elastic")
         record("order-irb120", "diagnose", "irb120.yaml")
+        record("lags-irb120", "diagnose", "irb120-geometry.yaml")
         record("springs-irb120", "diagnose", "irb120-commanded-geometry.yaml")
 
 

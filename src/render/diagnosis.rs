@@ -112,9 +112,9 @@ fn named(found: &Diagnosis, causes: &[Cause]) -> String {
             format!("outliers ({count} reading{} set aside)", if count == 1 { "" } else { "s" })
         }
         [cause] => cause.claim.clone(),
-        [first, others @ ..] => {
+        [others @ .., last] => {
             let sites: Vec<&str> = others.iter().map(|cause| cause.site.as_str()).collect();
-            format!("{} at {} and {}", first.effect, first.site, sites.join(" and "))
+            format!("{} at {} and {}", last.effect, sites.join(", "), last.site)
         }
         [] => String::new(),
     }

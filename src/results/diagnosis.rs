@@ -1,5 +1,7 @@
 //! What `diagnose` finds. Lengths in mm, amounts of effects in SI.
 
+use std::borrow::Cow;
+
 use indexmap::IndexMap;
 use serde::Serialize;
 
@@ -91,7 +93,7 @@ pub struct Cause {
     pub curves: IndexMap<String, Curve>,
     /// What the amounts mean on the machine.
     pub implies: Vec<String>,
-    pub signature: &'static str,
+    pub signature: Cow<'static, str>,
     pub remedy: &'static str,
 }
 
@@ -330,7 +332,12 @@ fn cause(cause: &diagnosis::Cause) -> Cause {
         curve: cause.curve.clone(),
         curves: cause.curves.clone(),
         implies: cause.implies.clone(),
-        signature: cause.signature,
+        signature: match cause.level {
+            Level::Family if cause.curve.is_some() || !cause.curves.is_empty() => {
+                format!("a curve at {} shows it; it may as well be elsewhere", cause.site).into()
+            }
+            _ => cause.signature.into(),
+        },
         remedy: cause.remedy,
     }
 }
