@@ -97,8 +97,8 @@ impl Compared<'_> {
         in_addition < (1.0 - self.forward.settings.least_rival) * alone
     }
 
-    /// Whether a hypothesis of amounts beyond reason does certainly better in the place of a candidate, and by much. What it stands for is not
-    /// known; the candidate is not what happens.
+    /// Whether a hypothesis of amounts beyond reason does certainly better in the place of a candidate, by more than a shape that is a little off.
+    /// What it stands for is not known; the candidate is not what happens.
     pub fn is_beaten_beyond_reason(&self, at: usize) -> bool {
         let (selector, settings) = (self.forward.selector, self.forward.settings);
         let hypotheses = &self.forward.problem.hypotheses;

@@ -17,7 +17,7 @@ pub struct Gates {
     pub of_free: Option<f64>,
     pub elsewhere: Option<f64>,
     /// Whether a free curve anywhere, an amount of each marker's own, one that changes along a joint, or an error at a few of its
-    /// angles, or what no machine has, is certainly better, and by much; or other causes cancel it.
+    /// angles, is certainly better, and by much; or what no machine has is certainly better; or other causes cancel it.
     pub is_beaten: bool,
     /// Whether it has another shape at its site.
     pub is_of_other_shape: bool,

@@ -67,9 +67,9 @@ fn what_moves_twice_has_not_moved_once() {
     let of_base = ("frame-drift", "base", ("x", "jump_at"), 4e-4);
     let of_joint = ("joint-slip", "joint:3", ("offset", "slip_at"), 3e-4);
     for (effect, site, keys, by) in [of_base, of_joint] {
-        for (jumps, is_law) in [(&[(by, 3000.0)][..], true), (&[(by, 1800.0), (-0.5 * by, 4300.0)], false)] {
+        for (jumps, is_law) in [(&[(by, 2000.0)][..], true), (&[(by, 1200.0), (-0.5 * by, 2700.0)], false)] {
             let (plain, spoiled) = jumping(effect, site, keys, jumps);
-            let found = diagnosed(&plain, &read_at(80, &plain, &spoiled, 0.7));
+            let found = diagnosed(&plain, &read_at(50, &plain, &spoiled, 0.7));
             let said: Vec<String> =
                 found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
             let has_law = found.causes.iter().any(|cause| cause.level == Level::Law);
