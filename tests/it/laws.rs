@@ -234,6 +234,11 @@ fn a_walk_of_the_base_is_no_drift() {
 
 /// The causes found of a UR5 with effects, by the robot without them: base and tool unknown, so many configurations, noise in mm.
 pub fn causes_of_ur5(effects: &str, poses: &str, noise: &str) -> Vec<serde_json::Value> {
+    causes_of_ur5_with(effects, poses, noise, &[])
+}
+
+/// The same with more options of `simulate`.
+pub fn causes_of_ur5_with(effects: &str, poses: &str, noise: &str, more: &[&str]) -> Vec<serde_json::Value> {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     let ok = |arguments: &[&str]| assert_eq!(run(at, arguments).status, 0, "{arguments:?}");
@@ -241,7 +246,7 @@ pub fn causes_of_ur5(effects: &str, poses: &str, noise: &str) -> Vec<serde_json:
     let plain = std::fs::read_to_string(at.join("plain.yaml")).expect("read");
     std::fs::write(at.join("arm.yaml"), format!("{plain}effects:\n{effects}")).expect("written");
     let unknown = ["--errors", "0", "--unknown-base", "--unknown-tool", "--seed", "4"];
-    ok(&[&["simulate", "arm.yaml", "--poses", poses, "--noise", noise, "--into", "c"][..], &unknown].concat());
+    ok(&[&["simulate", "arm.yaml", "--poses", poses, "--noise", noise, "--into", "c"][..], &unknown, more].concat());
     let ran = run(at, &["diagnose", "c", "--robot", "plain.yaml", "--format", "json"]);
     let found: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
     found["causes"].as_array().expect("a list").clone()
