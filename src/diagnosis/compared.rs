@@ -1,6 +1,6 @@
 //! Candidates for one cause, compared by what they leave of readings that were not fitted.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::forward::Forward;
 use super::held_out::{Additions, HeldOut, Losses, paired};
@@ -8,7 +8,6 @@ use super::hypothesis::Hypothesis;
 use super::level::{Level, Stability};
 use super::misfit::Readings;
 use super::stability::stability;
-use crate::math::quantiles::normal_of_any;
 use crate::math::{orthonormal, project_off};
 
 /// What a law is tested with.
@@ -88,9 +87,14 @@ impl Compared<'_> {
         self.takes_the_same(&self.additions.candidates[at], own)
     }
 
-    /// The same of orthonormal columns, off what the other causes have.
+    /// What the other causes leave.
+    pub fn before(&self) -> DVector<f64> {
+        project_off(&self.forward.problem.residual, &self.additions.basis)
+    }
+
+    /// The same as [`Compared::is_alternative`] of orthonormal columns, off what the other causes have.
     fn takes_the_same(&self, columns: &DMatrix<f64>, own: usize) -> bool {
-        let before = project_off(&self.forward.problem.residual, &self.additions.basis);
+        let before = self.before();
         let own = &self.additions.candidates[own];
         let alone = own.tr_mul(&before).norm_squared();
         let in_addition = orthonormal(own, Some(columns)).tr_mul(&before).norm_squared();
@@ -98,11 +102,12 @@ impl Compared<'_> {
     }
 
     /// Whether a hypothesis of amounts beyond reason does certainly better in the place of a candidate, by more than a shape that is a little off.
-    /// What it stands for is not known; the candidate is not what happens.
+    /// What it stands for is not known; the candidate is not what happens. By how much was chosen on the third generator's draws 3 to 5 and the
+    /// workshop of seed 71, and judged on a sixth draw and the seed that `docs/accuracy.md` names.
     pub fn is_beaten_beyond_reason(&self, at: usize) -> bool {
         let (selector, settings) = (self.forward.selector, self.forward.settings);
         let hypotheses = &self.forward.problem.hypotheses;
-        let before = project_off(&self.forward.problem.residual, &self.additions.basis);
+        let before = self.before();
         let taken = self.additions.candidates[at].tr_mul(&before).norm_squared();
         let within = selector.gains(self.others);
         let all = selector.projection.gains(self.others, f64::INFINITY);
@@ -115,7 +120,7 @@ impl Compared<'_> {
         let sets: Vec<Vec<usize>> = (0..hypotheses.len()).filter(is_beyond).map(|h| vec![h]).collect();
         let additions = Additions::new(&selector.projection, self.others, &sets);
         let losses = self.forward.folds.losses(&additions);
-        let certain = normal_of_any(settings.of_any, sets.len().max(1)).max(settings.paired_t);
+        let certain = settings.certain_of(sets.len());
         (0..sets.len()).any(|k| {
             paired(&self.losses.with[at], &losses.with[k]).t > certain
                 && self.gain(at) < settings.near_curve * paired(&losses.base, &losses.with[k]).sum

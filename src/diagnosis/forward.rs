@@ -51,11 +51,9 @@ impl Forward<'_> {
     /// Whether two causes, one of them at several joints, are the like of one effect at all joints: what hid one joint from the others is
     /// fitted by then.
     fn is_of_same_joints(&self, known: &[usize], cause: &[usize]) -> bool {
-        let hypotheses = &self.problem.hypotheses;
-        let is_like = |&h: &usize| {
-            is_of_all_joints(&hypotheses[h]) && hypotheses[h].effect.name() == hypotheses[known[0]].effect.name()
-        };
-        (known.len() > 1 || cause.len() > 1) && known.iter().chain(cause).all(is_like)
+        let all = || known.iter().chain(cause).map(|&h| &self.problem.hypotheses[h]);
+        let has_one_effect = all().zip(all().skip(1)).all(|(a, b)| a.effect.name() == b.effect.name());
+        (known.len() > 1 || cause.len() > 1) && has_one_effect && all().all(is_of_all_joints)
     }
 
     /// The cause that leaves least among those that are worth having and not chance. A candidate that would take more away but is not

@@ -106,7 +106,7 @@ impl Compared<'_> {
 
     /// Other laws at the site of one that may be theirs in its limit, which take away as much but for what that loses.
     pub fn limits(&self, own: usize) -> impl Iterator<Item = usize> {
-        let before = project_off(&self.forward.problem.residual, &self.additions.basis);
+        let before = self.before();
         let taken = move |at: usize| self.additions.candidates[at].tr_mul(&before).norm_squared();
         let law = self.hypothesis(own);
         let is_like = move |at: &usize| {
@@ -162,7 +162,7 @@ impl Compared<'_> {
         let all = project_off(residual, &alone.basis).norm_squared();
         let off = |column: DVectorView<f64>| project_off(&column.into_owned(), &self.additions.basis);
         let unlike_others = DMatrix::from_columns(&own.column_iter().map(off).collect::<Vec<_>>());
-        let amounts = least_squares(&unlike_others, &project_off(residual, &self.additions.basis));
+        let amounts = least_squares(&unlike_others, &self.before());
         amounts.norm_squared() > self.forward.settings.cancelled.powi(2) * all
     }
 
@@ -212,7 +212,7 @@ impl Compared<'_> {
         if self.is_sharp {
             return None;
         }
-        let before = project_off(&self.forward.problem.residual, &self.additions.basis);
+        let before = self.before();
         let own = &self.additions.candidates[at];
         let taken = own.tr_mul(&before).norm_squared();
         let (free, site) = (self.forward.free_errors, &self.hypothesis(at).site.name);

@@ -17,7 +17,6 @@ use super::constancy::mean_and_deviation;
 use super::held_out::{Additions, paired};
 use super::hypothesis::Hypothesis;
 use crate::effects::{Family, SiteKind};
-use crate::math::quantiles::normal_of_any;
 use crate::math::{least_squares, project_off};
 
 /// Knots: at these parts of the rows, by the value of what the law goes with; further out a knot has too few on one side.
@@ -70,7 +69,7 @@ impl Compared<'_> {
         if self.changes_again(own) {
             return true;
         }
-        let before = project_off(&self.forward.problem.residual, &self.additions.basis);
+        let before = self.before();
         let Some(Shapes { bent, periodic, waves }) = self.shapes(law, &before) else { return false };
         let is_here = |h: &usize| hypotheses[*h].site.name == law.site.name && hypotheses[*h].family() == law.family();
         let (here, others): (Vec<usize>, Vec<usize>) = self.others.iter().partition(|&h| is_here(h));
@@ -83,10 +82,8 @@ impl Compared<'_> {
         if here.len() >= SEVERAL && share < settings.of_site || here.len() > SEVERAL && share < settings.near_curve {
             return true;
         }
-        // Waves are one question more, of one amount each.
-        let certain = |tried: usize| normal_of_any(settings.of_any, tried).max(settings.paired_t);
         let is_better = |shape: &[f64], least: f64, tried: usize| {
-            gain(alone) < least * gain(shape) && paired(alone, shape).t > certain(tried)
+            gain(alone) < least * gain(shape) && paired(alone, shape).t > settings.certain_of(tried)
         };
         let of_bent = if law.is_named_by_driver() { settings.of_free } else { 1.0 };
         // Small corrections of a law do not make it another.
@@ -96,17 +93,16 @@ impl Compared<'_> {
         };
         let losses = |shapes: &[DMatrix<f64>]| self.forward.folds.losses(&laws.with(shapes)).with;
         let tried = bent.len() + periodic.len();
-        // Swings have harmonics of their own, as gears do; great ones are those of another shape.
-        losses(&bent).iter().any(|shape| is_as_good(shape, of_bent, tried))
-            || losses(&periodic).iter().any(|shape| is_better(shape, settings.of_site, tried))
-            || self.is_wave(&losses(&waves), &losses(&periodic), |shape| is_as_good(shape, 1.0, waves.len()))
-    }
-
-    /// Whether a wave does as asked, and better than a swing with its second harmonic, which gears have.
-    fn is_wave(&self, waves: &[Vec<f64>], periodic: &[Vec<f64>], is_as_good: impl Fn(&[f64]) -> bool) -> bool {
+        if losses(&bent).iter().any(|shape| is_as_good(shape, of_bent, tried)) {
+            return true;
+        }
+        // Swings have harmonics of their own, as gears do; great ones are those of another shape. Waves are one question more, of one amount
+        // each, and do better than a swing with its second harmonic too.
+        let periodic = losses(&periodic);
         let left = |losses: &Vec<f64>| losses.iter().sum::<f64>();
         let with_second = periodic.first().map_or(f64::INFINITY, left);
-        waves.iter().any(|wave| is_as_good(wave) && left(wave) < with_second)
+        let is_wave = |wave: &Vec<f64>| is_as_good(wave, 1.0, waves.len()) && left(wave) < with_second;
+        periodic.iter().any(|shape| is_better(shape, settings.of_site, tried)) || losses(&waves).iter().any(is_wave)
     }
 
     /// Whether a law of what changes at one time does certainly better together with a second one of its kind at its site, at another time:
@@ -127,7 +123,7 @@ impl Compared<'_> {
         let losses = self.forward.losses(&others, &sets);
         let Some((alone, twice)) = losses.with.split_first() else { return false };
         let gain = |with: &[f64]| paired(&losses.base, with).sum;
-        let certain = normal_of_any(settings.of_any, twice.len()).max(settings.paired_t);
+        let certain = settings.certain_of(twice.len());
         twice.iter().any(|with| {
             let (share, t) = (gain(alone) / gain(with), paired(alone, with).t);
             t > certain && share < settings.near_curve || t > settings.paired_t && share < settings.of_free

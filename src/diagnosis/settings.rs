@@ -5,6 +5,7 @@
 //! the record `tests/data/blind/score.json` is made anew with the change.
 
 use crate::description::campaign::{Amount, Campaign};
+use crate::math::quantiles::normal_of_any;
 
 /// Settings of a diagnosis. The effects that it tries are those of the model's catalogue.
 #[derive(Clone)]
@@ -192,6 +193,13 @@ pub struct ClaimSettings {
     pub flips: usize,
     /// Curves without a law added to the causes named, at most: later ones are seldom reliable.
     pub curves: usize,
+}
+
+impl ClaimSettings {
+    /// The [`ClaimSettings::paired_t`] of the best of so many that are tried in the place of a law.
+    pub fn certain_of(&self, tried: usize) -> f64 {
+        normal_of_any(self.of_any, tried).max(self.paired_t)
+    }
 }
 
 impl Default for ClaimSettings {
