@@ -18,6 +18,9 @@ use super::rivals::Rival;
 use crate::effects::Family;
 use crate::math::least_squares;
 
+/// Cosine of the angle between what two laws do beyond which they are one but for rounding.
+const ALIKE: f64 = 1.0 - 1e-9;
+
 /// A claim about one cause.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Claim {
@@ -81,7 +84,7 @@ pub fn claims(
     let compared = Compared { forward, others, sets: &sets, additions: &additions, losses: &losses, tests, is_sharp };
     let first = |at: usize| &hypotheses[sets[at][0]];
     if first(0).is_free() {
-        return vec![compared.curve(0, first(0).level())];
+        return vec![compared.curve(0, first(0).level_by_driver())];
     }
     let is_tied = |at: usize| match sharp {
         Some(sharp) => sets[at].len() == 1 && sharp.iter().any(|rival| hypotheses[rival.hypothesis].is_same(first(at))),
@@ -195,8 +198,30 @@ impl Compared<'_> {
             })
             .collect();
         let support = Some(gates.support(of_gap, self.is_sharp));
-        let claim = |&hypothesis: &usize| Claim { hypothesis, level, rivals: rivals.clone(), support, stability };
+        let claim = |&hypothesis: &usize| {
+            let twins =
+                self.twins(hypothesis).into_iter().filter(|twin| rivals.iter().all(|rival| rival.hypothesis != *twin));
+            let twins = twins.map(|hypothesis| Rival { hypothesis, loss: 0.0, is_of_joints: false });
+            let rivals = twins.chain(rivals.iter().cloned()).collect();
+            Claim { hypothesis, level, rivals, support, stability }
+        };
         self.sets[own].iter().map(claim).collect()
+    }
+
+    /// Laws of one amount that move all readings as one of several joints that are one cause does: those of joints on one axis.
+    fn twins(&self, own: usize) -> Vec<usize> {
+        let projection = &self.forward.selector.projection;
+        let hypotheses = &self.forward.problem.hypotheses;
+        let Some(members) = self.sets.iter().find(|set| set.len() > 1 && set.contains(&own)) else { return Vec::new() };
+        let is_one = |h: usize| projection.blocks[h].ncols() == 1;
+        let is_twin = |h: &usize| {
+            !members.contains(h)
+                && hypotheses[*h].effect.name() == hypotheses[own].effect.name()
+                && is_one(own)
+                && is_one(*h)
+                && projection.alignment(own, *h) > ALIKE
+        };
+        (0..hypotheses.len()).filter(is_twin).collect()
     }
 
     /// Free curves at other sites that do as well as a law. Where something stays that no law has, they leave its site open.
@@ -225,7 +250,8 @@ impl Compared<'_> {
         let stability = self.stability(*own, &[]);
         let shares_family = |at: &usize| self.hypothesis(*at).family() == self.hypothesis(*own).family();
         let is_here = |at: &usize| !self.is_elsewhere(*at, *own);
-        let level = if others.iter().all(is_here) && stability.site >= settings.least_halves {
+        let is_of_site = self.hypothesis(*own).level_by_driver() == Level::Site;
+        let level = if is_of_site && others.iter().all(is_here) && stability.site >= settings.least_halves {
             Level::Site
         } else if others.iter().all(shares_family) && stability.family >= settings.least_halves {
             Level::Family
@@ -248,7 +274,7 @@ impl Compared<'_> {
             .collect();
         let own = self.hypothesis(best);
         let level = if tied.iter().all(|other| own.is_at(other)) {
-            own.level()
+            own.level_by_driver()
         } else if tied.iter().all(|other| other.family() == own.family()) {
             Level::Family
         } else {
@@ -262,7 +288,7 @@ impl Compared<'_> {
         let at_site = self.free_in_place_of(own).filter(|&at| !self.is_elsewhere(at, own));
         let best = at_site.min_by(|&a, &b| self.total(a).total_cmp(&self.total(b)))?;
         let is_worth = self.forward.is_worth(&self.losses.base, &self.losses.with[best]);
-        (is_worth && !self.is_lost_elsewhere(best)).then(|| self.curve(best, self.hypothesis(best).level()))
+        (is_worth && !self.is_lost_elsewhere(best)).then(|| self.curve(best, self.hypothesis(best).level_by_driver()))
     }
 
     /// A free curve, claimed without a law.

@@ -236,7 +236,7 @@ struct Explanation<'a> {
     judgement: &'a Judgement,
     bootstrap: Bootstrap,
     /// Of each member.
-    claims: Vec<&'a Claim>,
+    claims: Vec<Claim>,
     /// [`super::settings::ClaimSettings::odds`].
     odds: [f64; 3],
 }
@@ -245,8 +245,16 @@ impl<'a> Explanation<'a> {
     fn new(competition: &'a Competition, judgement: &'a Judgement, bootstrap: Bootstrap, odds: [f64; 3]) -> Self {
         // Every member is the hypothesis of a claim.
         let claim = |&m: &usize| competition.claims.iter().find(|claim| claim.hypothesis == m);
-        let claims = judgement.members().iter().filter_map(claim).collect();
-        Self { competition, judgement, bootstrap, claims, odds }
+        let claims = judgement.members().iter().filter_map(claim).cloned().collect();
+        let found = Self { competition, judgement, bootstrap, claims, odds };
+        // Where the noise does not decide, and a fresh campaign may be no better with all causes, no more than their families is known.
+        let is_decided = judgement.verdict == Verdict::Explained;
+        let is_promised = || found.shrinkage(0, judgement.members().len()).ci95.is_none_or(|[low, _]| low > 0.0);
+        if is_decided || is_promised() {
+            return found;
+        }
+        let of_family = |claim: &Claim| Claim { level: Level::Family, ..claim.clone() };
+        Self { claims: found.claims.iter().map(of_family).collect(), ..found }
     }
 
     /// Shrinkage of the error from one step to a later one.
@@ -262,7 +270,7 @@ impl<'a> Explanation<'a> {
         let mut first = 0;
         for (step, own) in fitted.iter().enumerate() {
             let cause = self.cause(model, step, own);
-            let is_part = step > 0 && self.claims[step].is_one_with(self.claims[first], hypotheses);
+            let is_part = step > 0 && self.claims[step].is_one_with(&self.claims[first], hypotheses);
             let Some(known) = all.last_mut().filter(|_| is_part) else {
                 first = step;
                 all.push(cause);
@@ -287,7 +295,7 @@ impl<'a> Explanation<'a> {
     fn cause(&self, model: &Model, step: usize, fitted: &[FittedParameter]) -> Cause {
         let hypotheses = &self.competition.problem.hypotheses;
         let hypothesis = &hypotheses[self.judgement.members()[step]];
-        let claim = self.claims[step];
+        let claim = &self.claims[step];
         let EffectAtSite { mut effect, site } = hypothesis.named();
         let family = hypothesis.family();
         let mut rivals: Vec<EffectAtSite> = claim.rivals.iter().map(|rival| rival.named(hypotheses)).collect();

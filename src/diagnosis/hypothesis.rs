@@ -124,6 +124,21 @@ impl Hypothesis {
         self.is_free() && !law.is_free() && self.family() == law.family() && self.is_at(law)
     }
 
+    /// What a curve tells where nothing else does as well: at a joint, by the angle of another, its family alone. A joint whose axis tilts as
+    /// it turns moves what comes after it as such a curve at the next one does.
+    pub fn level_by_driver(&self) -> Level {
+        let is_of_another = |value: &NonlinearValue| match value {
+            NonlinearValue::Driver(Driver::Angle(variable)) | NonlinearValue::Variable(variable) => {
+                self.site.coordinate.is_some_and(|own| own != *variable)
+            }
+            _ => false,
+        };
+        match self.family() == Family::Kinematic && self.nonlinear.values().iter().any(is_of_another) {
+            true => Level::Family,
+            false => self.level(),
+        }
+    }
+
     /// What a curve without a law tells: where it holds laws of several sites, their family alone.
     pub fn level(&self) -> Level {
         if self.covers.len() > 1 { Level::Family } else { Level::Site }

@@ -229,7 +229,7 @@ pub fn curve(forward: &Forward, taken: &[usize], law: Option<&Hypothesis>, setti
     // What it goes with is chosen by most halves of the configurations, or it is not known what happens there.
     (stability.family >= settings.claims.least_halves).then(|| Claim {
         hypothesis: candidates[best],
-        level: own.level(),
+        level: own.level_by_driver(),
         rivals: Vec::new(),
         support: None,
         stability,

@@ -29,6 +29,7 @@ pub fn not_tried(model: &Model, survey: &Survey, hypotheses: &[Hypothesis], know
     let of = |effect: &std::sync::Arc<dyn Effect>| {
         let needs = match effect.reads().first() {
             _ if survey.is_difference && !effect.reads().is_empty() => "absolute readings",
+            _ if effect.sites(model).is_empty() && effect.sits_at() == SiteKind::Marker => "several markers",
             Some(Condition::Time) => "a column `time`",
             Some(Condition::Temperature) => "a column `temperature` that varies",
             Some(Condition::Approach) => "columns `approach.<variable>`, from both sides",

@@ -18,8 +18,8 @@ pub(super) static LAW: Law = Law {
     remedy: "stir the air, keep beams away from warm floors and machines; stand nearer",
     cancels_in_differences: true,
     parameters: Some(|_, _, _| {
-        // A gradient of 1 K/m bends by 1e-6 of a metre in a metre.
-        vec![EffectParameter::new("curvature", "1/m", 1e-5)]
+        // A gradient of 1 K/m is a curvature of 1e-6 1/m. A diagnosis accepts up to sixty times that: more is no air.
+        vec![EffectParameter::new("curvature", "1/m", 1e-6)]
     }),
     changes: |_, _, _| {
         Arc::new(|context, out| {

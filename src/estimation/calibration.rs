@@ -15,7 +15,7 @@ use super::task::{Request, Selected, Task};
 use nalgebra::{DMatrix, DVector};
 
 use crate::description::campaign::Campaign;
-use crate::least_squares::Progress;
+use crate::least_squares::{Loss, Problem, Progress};
 
 /// Calibrates as [`super::calibrate_as_weighed`] does, springs that end at a bound left there.
 ///
@@ -48,7 +48,7 @@ pub(super) fn calibrate_from(
     let mut selection = Selection::new(model, &task.fitted, &task.sigmas, &task.held, settings, &mut start)?;
     let Selected { problem, bounds } = task.problem(&selection, &mut start)?;
     let (found, history) = task.fit(&problem, &bounds, progress)?;
-    let covariance = covariance(&task.fitted, &problem, &found);
+    let covariance = covariance(&task.fitted, &problem, &found, settings.loss);
     let ci95 = covariance.ci95();
     let mut values = problem.values(&found.x);
     let groups = selection.groups.iter().cloned().filter_map(|group| {
@@ -91,19 +91,24 @@ pub(super) fn calibrate_from(
 }
 
 /// Covariance of a fit to `fitted`: copies of readings add nothing, readings of one configuration may share errors.
-fn covariance(fitted: &Campaign, problem: &CampaignProblem, found: &Fit) -> Covariance {
+fn covariance(fitted: &Campaign, problem: &CampaignProblem, found: &Fit, loss: Loss) -> Covariance {
     let copies = fitted.copies();
     let is_copy = |index: usize| copies.get(index).is_some_and(Option::is_some);
     let once = fitted.select(|index, _| !is_copy(index));
-    let of = |residual: &DVector<f64>, jacobian: &DMatrix<f64>, weights: &DVector<f64>| {
-        let covariance = Covariance::new(residual, jacobian, weights, problem.priors());
+    let losses: Vec<Loss> = match loss {
+        Loss::Squares => Vec::new(),
+        _ => (0..found.residual.len()).map(|row| loss.scaled(problem.tuning(row))).collect(),
+    };
+    let of = |residual: &DVector<f64>, jacobian: &DMatrix<f64>, weights: &DVector<f64>, losses: &[Loss]| {
+        let plain = Covariance::new(residual, jacobian, weights, problem.priors());
+        let covariance = if losses.is_empty() { plain } else { plain.robust(residual, jacobian, losses) };
         match Sharing::of(&once) {
             Some(sharing) => covariance.sharing(residual, jacobian, weights, &sharing),
             None => covariance,
         }
     };
     if once.readings.len() == fitted.readings.len() {
-        return of(&found.residual, &found.jacobian, &found.weights);
+        return of(&found.residual, &found.jacobian, &found.weights, &losses);
     }
     let readings = fitted.readings.iter().enumerate();
     let copied = readings.flat_map(|(index, reading)| std::iter::repeat_n(is_copy(index), reading.observes.rows()));
@@ -113,5 +118,7 @@ fn covariance(fitted: &Campaign, problem: &CampaignProblem, found: &Fit) -> Cova
         .enumerate()
         .filter_map(|(row, copied)| (!copied).then_some(row))
         .collect();
-    of(&found.residual.select_rows(&rows), &found.jacobian.select_rows(&rows), &found.weights.select_rows(&rows))
+    let losses: Vec<Loss> = rows.iter().filter_map(|&row| losses.get(row).copied()).collect();
+    let weights = found.weights.select_rows(&rows);
+    of(&found.residual.select_rows(&rows), &found.jacobian.select_rows(&rows), &weights, &losses)
 }

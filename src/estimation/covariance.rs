@@ -15,6 +15,16 @@
 //! of stated deviations matter. A reading whose robust weight is [`OUTLIER`] or less determines nothing and is not counted
 //! in `m`; a prior counts as a reading.
 //!
+//! # Robust losses
+//! Of an M-estimator, `psi` being its influence and rows of one robust scale going together,
+//!
+//! ```text
+//!   C = K^2 H^-1 (sum_i mean(psi^2) J_i' J_i) H^-1 m / (m - n)     H = sum_i mean(psi') J_i' J_i     K = 1 + n / m var(psi') / mean(psi')^2
+//! ```
+//!
+//! (Huber and Ronchetti, *Robust Statistics*, 2nd ed., 2009, equation 7.81). `s` is then that of the median absolute deviation: outliers,
+//! for whose sake the loss was chosen, are no noise.
+//!
 //! # Readings of one configuration
 //! Where configurations have several readings, these may share errors ([`super::shared`]): with `V = s^2 I + sum_i t_i Z_i
 //! Z_i'` their estimated covariance, that of the parameters is the exact one of this estimate under it,
@@ -39,13 +49,19 @@
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
+use super::robust::NORMAL_OF_MEDIAN;
 use super::shared::{Components, SharedError, Sharing};
+use crate::least_squares::Loss;
 use crate::math::linear::{cofactor, factored};
+use crate::math::median;
 use crate::math::quantiles::t95;
 
 /// Robust weight at or below which a reading counts as an outlier that determines nothing. Tukey's loss gives 0 beyond its
 /// scale; Huber's and Cauchy's reach this only at hundreds of standard deviations.
 const OUTLIER: f64 = 1e-3;
+
+/// Mean slope of the influence below which it says nothing of the rows: more than half of them are then outliers.
+const LEAST_SLOPE: f64 = 0.25;
 
 /// Covariance of the parameters of a fit, in the order of its columns.
 #[derive(Debug, Clone)]
@@ -77,6 +93,42 @@ impl Covariance {
         let matrix = cofactor(&weighted) * noise_ratio.powi(2);
         let (freedom, degrees_of_freedom) = (degrees_of_freedom, vec![degrees_of_freedom; jacobian.ncols()]);
         Self { matrix, noise_ratio, freedom, degrees_of_freedom, shared: None }
+    }
+
+    /// The same of a fit with a robust loss, which is given for each row with its scale: that of a prior is of squares. Unchanged where most
+    /// of the rows of a scale are beyond it.
+    #[must_use]
+    pub fn robust(self, residual: &DVector<f64>, jacobian: &DMatrix<f64>, losses: &[Loss]) -> Self {
+        let (m, n) = (residual.len() as f64, jacobian.ncols() as f64);
+        let correction = m / (m - n).max(1.0);
+        let mut kinds: Vec<Loss> = Vec::new();
+        losses.iter().for_each(|loss| {
+            if !kinds.contains(loss) {
+                kinds.push(*loss)
+            }
+        });
+        let mut by_row = vec![[1.0, 1.0]; losses.len()];
+        for kind in kinds.into_iter().filter(|kind| *kind != Loss::Squares) {
+            let rows: Vec<usize> = (0..losses.len()).filter(|&row| losses[row] == kind).collect();
+            let count = rows.len() as f64;
+            let mean = |of: &dyn Fn(f64) -> f64| rows.iter().map(|&row| of(residual[row])).sum::<f64>() / count;
+            let slope = mean(&|r| kind.slope(r));
+            if slope < LEAST_SLOPE {
+                return self;
+            }
+            let spread = mean(&|r| (kind.slope(r) - slope).powi(2));
+            let factor = 1.0 + n / m * spread / slope.powi(2);
+            let influence = correction * factor.powi(2) * mean(&|r| (r * kind.weight(r)).powi(2));
+            rows.into_iter().for_each(|row| by_row[row] = [slope, influence]);
+        }
+        let scaled = |k: usize| {
+            DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| jacobian[(i, j)] * by_row[i][k].sqrt())
+        };
+        let (inverse, influences) = (cofactor(&scaled(0)), scaled(1));
+        let of_data = residual.iter().zip(losses).filter(|(_, loss)| **loss != Loss::Squares).map(|(r, _)| r.abs());
+        let middle = median(&mut of_data.collect::<Vec<f64>>()).unwrap_or(0.0);
+        let noise_ratio = correction.sqrt() * NORMAL_OF_MEDIAN * middle;
+        Self { matrix: &inverse * influences.tr_mul(&influences) * &inverse, noise_ratio, ..self }
     }
 
     /// The same where the rows of readings go together as said.

@@ -94,14 +94,19 @@ fn by_noise(campaign: &Campaign, found: &Calibration) -> Criterion {
     }
 }
 
-/// Where constants moved by a hundred times their tolerance that the noise of the fitted readings would hide: all constants that it hides.
-/// What no model describes moved them there.
-pub fn run_away(model: &Model, campaign: &Campaign, found: &Calibration) -> Vec<Slot> {
-    let far = |own: &&Estimate| {
+/// Constants of the geometry that moved by a hundred times their tolerance.
+pub fn far_off(model: &Model, found: &Calibration) -> impl Iterator<Item = Slot> {
+    let is_far = |own: &&Estimate| {
         let parameter = &model.registry[own.slot];
         parameter.group == Group::Geometry && (own.value - own.nominal).abs() > WIDE * parameter.tolerance
     };
-    let far: Vec<Slot> = found.estimates.iter().filter(far).map(|own| own.slot).collect();
+    found.estimates.iter().filter(is_far).map(|own| own.slot)
+}
+
+/// Where constants moved by a hundred times their tolerance that the noise of the fitted readings would hide: all constants that it hides.
+/// What no model describes moved them there.
+pub fn run_away(model: &Model, campaign: &Campaign, found: &Calibration) -> Vec<Slot> {
+    let far: Vec<Slot> = far_off(model, found).collect();
     if far.is_empty() {
         return Vec::new();
     }

@@ -2,9 +2,11 @@
 
 use super::covariance::Covariance;
 use super::result::{CalibrationError, PredictedError};
+use super::robust::NORMAL_OF_MEDIAN;
 use super::task::Task;
 use crate::description::campaign::Campaign;
-use crate::math::mean_rms_max;
+use crate::least_squares::Loss;
+use crate::math::{mean_rms_max, median};
 use crate::parameter::Slot;
 use crate::prediction::{ConfigurationError, ConfigurationErrors, Linearised, NoiseParts, Predictor};
 
@@ -21,8 +23,16 @@ impl Task<'_> {
             let readings = self.campaign.by_reading(residual, 1).zip(self.held_out);
             let fitted = readings.filter(|(_, held_out)| !**held_out).map(|(reading, _)| reading);
             let alike = fitted.filter(|(reading, _)| lengths > k && reading.observes.length_rows() == lengths);
-            mean_rms_max(alike.map(|(_, own)| own[k]))[1]
+            self.deviation(alike.map(|(_, own)| own[k]))
         })
+    }
+
+    /// Root mean square of residuals; after a robust loss, which is chosen where some are outliers, that by their median.
+    fn deviation(&self, residuals: impl Iterator<Item = f64>) -> f64 {
+        match self.settings.loss {
+            Loss::Squares => mean_rms_max(residuals)[1],
+            _ => NORMAL_OF_MEDIAN * median(&mut residuals.map(f64::abs).collect::<Vec<f64>>()).unwrap_or(0.0),
+        }
     }
 
     /// Position error of the held-out readings that the covariance predicts, of all together and of each configuration (KR-270
@@ -98,7 +108,7 @@ impl Task<'_> {
             let readings = self.campaign.by_reading(residual, 1).zip(self.held_out);
             let fitted = readings.filter(|(_, held_out)| !**held_out).map(|(reading, _)| reading);
             let along = fitted.filter(|(reading, _)| reading.observes.length_rows() == 3);
-            used * mean_rms_max(along.map(|(of, own)| own[k] / of.observes.sigmas(&of.noise)[k]))[1].powi(2)
+            used * self.deviation(along.map(|(of, own)| own[k] / of.observes.sigmas(&of.noise)[k])).powi(2)
         })
     }
 }

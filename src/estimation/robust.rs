@@ -15,7 +15,7 @@ use crate::least_squares::{self, Bounds, Loss, Problem, Progress, Settings, Solu
 use crate::math::median;
 
 /// Median absolute deviation of normal noise, to its standard deviation.
-const NORMAL: f64 = 1.4826;
+pub(super) const NORMAL_OF_MEDIAN: f64 = 1.4826;
 /// Scale of Huber's loss in the first fit, in standard deviations: 95 % efficient on normal noise.
 const EFFICIENT: f64 = 1.345;
 /// Most turns of fit and scale. Each shrinks the scale by the bias that outliers leave, a factor of 3 or more with a fifth
@@ -93,6 +93,6 @@ fn scales(problem: &CampaignProblem, residual: &DVector<f64>) -> [f64; 3] {
     std::array::from_fn(|kind| {
         let mut sizes: Vec<f64> =
             residual.iter().zip(kinds).filter(|(_, own)| **own == kind).map(|(r, _)| r.abs()).collect();
-        median(&mut sizes).map_or(1.0, |middle| (small * NORMAL * middle).max(least[kind]))
+        median(&mut sizes).map_or(1.0, |middle| (small * NORMAL_OF_MEDIAN * middle).max(least[kind]))
     })
 }

@@ -81,9 +81,39 @@ pub fn comparable(
 }
 
 /// The changes of all parameters that a calibration of the earlier description `raw` (its model is `model`) estimated, in
-/// the calibration's order.
+/// the calibration's order, but for those that are [`not_stated`].
 pub fn changes(raw: &RawRobot, model: &Model, found: &Calibration) -> Vec<Change> {
-    differences(raw, model, found, |estimate| Some((&model.registry[estimate.slot], estimate.nominal)))
+    differences(raw, model, found, |estimate| {
+        let is_stated = !is_not_stated(raw, model, estimate);
+        is_stated.then(|| (&model.registry[estimate.slot], estimate.nominal))
+    })
+}
+
+/// What a calibration estimated and the earlier description does not state: base, tool and instrument where neither an uncertainty nor a
+/// place of them is written, and those of sessions. There is nothing to compare them with.
+pub fn not_stated(raw: &RawRobot, model: &Model, found: &Calibration) -> Vec<Slot> {
+    let estimated = found.estimates.iter().filter(|estimate| estimate.identifiable());
+    estimated.filter(|estimate| is_not_stated(raw, model, estimate)).map(|estimate| estimate.slot).collect()
+}
+
+fn is_not_stated(raw: &RawRobot, model: &Model, estimate: &Estimate) -> bool {
+    let (slot, uncertainties) = (estimate.slot, &raw.calibration.uncertainties);
+    let parameter = &model.registry[slot];
+    if model.is_of_a_session(slot) {
+        return true;
+    }
+    if matches!(parameter.group, Group::Geometry | Group::Elastic | Group::Effect)
+        || uncertainties.contains_key(&parameter.name)
+    {
+        return false;
+    }
+    let is_base = (model.base..model.base + 6).contains(&slot);
+    let is_tool = (model.tool.1..model.tool.1 + 6).contains(&slot);
+    let is_marker = model.markers.iter().any(|marker| (marker.slot..marker.slot + 3).contains(&slot));
+    let is_written = is_base && (raw.base.at.is_some() || raw.base.rotation.is_some())
+        || is_tool && (raw.tool.at.is_some() || raw.tool.rotation.is_some())
+        || is_marker;
+    !(is_written && uncertainties.is_empty())
 }
 
 /// The differences of what a calibration estimated from the values of another description `other`; `its` gives the parameter

@@ -60,6 +60,22 @@ impl Loss {
         }
     }
 
+    /// `psi'(r)`, the slope of the influence `psi(r) = r rho'(r^2)`: 1 near zero, below zero where an influence falls off.
+    pub fn slope(self, residual: f64) -> f64 {
+        match self {
+            Self::Squares => 1.0,
+            Self::Huber(k) => f64::from(u8::from(residual.abs() <= k)),
+            Self::Cauchy(k) => {
+                let square = (residual / k).powi(2);
+                (1.0 - square) / (1.0 + square).powi(2)
+            }
+            Self::Tukey(k) => {
+                let square = (residual / k).powi(2);
+                if square < 1.0 { (1.0 - square) * (1.0 - 5.0 * square) } else { 0.0 }
+            }
+        }
+    }
+
     /// The same loss with its scale times `factor`; plain squares where that is infinite.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {

@@ -145,6 +145,11 @@ impl Model {
         first
     }
 
+    /// Whether a parameter is of a base, tool or marker of one session or station.
+    pub fn is_of_a_session(&self, slot: Slot) -> bool {
+        self.copied().iter().any(|copy| copy.slots.contains(&slot))
+    }
+
     /// Bases, tools and markers of the sessions, in the order of their parameters.
     pub(super) fn copied(&self) -> &[Copied] {
         &self.arrangement.copies

@@ -2,19 +2,21 @@
 //!
 //! Each time, the reflectors are where they always are, moved as one rigid body, plus noise: a generalised Procrustes fit
 //! (Gower, *Generalized Procrustes analysis*, Psychometrika 40, 1975). Whether they moved at all is an F test of that fit
-//! against one without motion.
+//! against one without motion, or of a slow drift, whichever has the less chance (Bonferroni).
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{DMatrix, Rotation3, Vector3};
 
 use super::NoiseEstimate;
-use crate::description::campaign::References;
+use crate::description::campaign::{ReferenceReading, References};
 use crate::math::quantiles::f_tail;
-use crate::math::{distinct, rigid_fit};
+use crate::math::{distinct, orthonormal, rigid_fit};
 
 /// Passes of the fit: places of reflectors and motions in turns converge by the square of the motion, which is small.
 const PASSES: usize = 10;
 /// Three reflectors fix a rotation; fewer a displacement only.
 const FOR_ROTATION: usize = 3;
+/// Degrees of the polynomials by which a slow drift is tried: even, and one that begins or ends.
+const STEADY: [usize; 2] = [1, 3];
 
 /// Motion of the reflectors as one body, over all times.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,10 +106,46 @@ pub fn reference_noise(references: &References) -> Option<ReferenceNoise> {
         drift: drift.norm(),
         p: {
             let by_motion = rest_freedom - left_freedom;
-            f_tail((at_rest - left) / by_motion / (left / left_freedom), by_motion, left_freedom)
+            let any = f_tail((at_rest - left) / by_motion / (left / left_freedom), by_motion, left_freedom);
+            let steady = STEADY.map(|degree| by_drift(readings, &still, &epoch_of, degree, [at_rest, rest_freedom]));
+            let tried = 1.0 + steady.len() as f64;
+            (tried * steady.into_iter().flatten().fold(any, f64::min)).min(1.0)
         },
     };
     Some(ReferenceNoise { noise: noise(left, left_freedom), motion: Some(motion) })
+}
+
+/// Probability that noise alone drifts as much as the displacement of all reflectors does by a polynomial of the number of the time, of a
+/// degree; `still` are their mean places. Without epochs or freedom enough `None`.
+///
+/// The test of any motion has a displacement for each time and little power against a slow drift, which has few values.
+fn by_drift(
+    readings: &[ReferenceReading],
+    still: &[Vector3<f64>],
+    epoch_of: &[usize],
+    degree: usize,
+    [at_rest, freedom]: [f64; 2],
+) -> Option<f64> {
+    let last = epoch_of.iter().max().copied().filter(|last| *last > degree)? as f64;
+    let power = |index: usize, k: usize| (2.0 * epoch_of[index] as f64 / last - 1.0).powi(k as i32 + 1);
+    // Of each reflector about its mean, as its positions are.
+    let mut means = vec![(vec![0.0; degree], 0.0); still.len()];
+    for (index, reading) in readings.iter().enumerate() {
+        let (sums, count) = &mut means[reading.reflector];
+        sums.iter_mut().enumerate().for_each(|(k, sum)| *sum += power(index, k));
+        *count += 1.0;
+    }
+    let columns = DMatrix::from_fn(readings.len(), degree, |index, k| {
+        let (sums, count) = &means[readings[index].reflector];
+        power(index, k) - sums[k] / count
+    });
+    let values = DMatrix::from_fn(readings.len(), 3, |index, k| {
+        (readings[index].position - still[readings[index].reflector])[k]
+    });
+    let basis = orthonormal(&columns, None);
+    let (taken, used) = (basis.tr_mul(&values).norm_squared(), 3.0 * basis.ncols() as f64);
+    let left = (freedom - used).max(0.0);
+    (used > 0.0 && left > 0.0 && at_rest > taken).then(|| f_tail(taken / used / ((at_rest - taken) / left), used, left))
 }
 
 /// A rotation and a translation (m).

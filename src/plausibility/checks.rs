@@ -48,6 +48,12 @@ pub const CHECKS: &[Check] = &[
         find: beyond::within_reason,
     },
     Check {
+        codes: &[Code::WrongUnits],
+        of_result: false,
+        about: "the noise stated for one reading is not a thousandth of that of the others",
+        find: stated_noise::alike,
+    },
+    Check {
         codes: &[Code::Implausible],
         of_result: false,
         about: "no two points of the robot were read in one place",

@@ -51,6 +51,10 @@ pub enum Hypothesis {
     /// Measured directions point the other way, of all sensors or of one target's: gravity up. With the mounting of the sensor unknown
     /// a reflection of its axes is the same.
     DirectionsReversed(Option<usize>),
+    /// An axis of measured directions points the other way, of sensors whose axes are those of their body.
+    DirectionsMirrored(usize),
+    /// Two axes of measured directions are exchanged, of the same.
+    DirectionsExchanged(usize, usize),
     /// The two angles of measured directions are written otherwise.
     Sensors(SensorAngles),
     /// The wrench is that of the robot on its surroundings, not on the robot.
@@ -143,6 +147,11 @@ impl Hypothesis {
         if sensors.len() > 1 {
             all.extend(sensors.into_iter().flatten().map(|target| Self::DirectionsReversed(Some(target))));
         }
+        // Of a sensor mounted anyhow a reflection is that of all axes.
+        if campaign.readings.iter().any(|reading| is_direction(&reading) && is_mounted(campaign, reading)) {
+            all.extend((0..3).map(Self::DirectionsMirrored));
+            all.extend(pairs(3).map(|(a, b)| Self::DirectionsExchanged(a, b)));
+        }
         all.extend(SensorAngles::all(campaign).map(Self::Sensors));
         if campaign.readings.iter().any(has_rotation) {
             all.extend(Turned::ALL.map(Self::Turned));
@@ -231,6 +240,8 @@ impl Hypothesis {
             Self::Mirrored(axis, turns) => mirror(campaign, turns, |v| v[axis] = -v[axis]),
             Self::Exchanged(a, b, turns) => mirror(campaign, turns, |v| v.swap_rows(a, b)),
             Self::DirectionsReversed(target) => reverse(campaign, target),
+            Self::DirectionsMirrored(axis) => read_directions(campaign, |direction| direction[axis] = -direction[axis]),
+            Self::DirectionsExchanged(a, b) => read_directions(campaign, |direction| direction.swap(a, b)),
             Self::Sensors(way) => way.apply(campaign),
             Self::Reaction => multiply_wrenches(campaign, 0..6, -1.0),
             Self::Moments(factor) => multiply_wrenches(campaign, 3..6, factor),
@@ -301,6 +312,22 @@ fn multiply_axis(campaign: &mut Campaign, axis: usize, factor: f64) {
 fn reverse(campaign: &mut Campaign, target: Option<usize>) {
     for reading in campaign.readings.iter_mut().filter(|reading| target.is_none() || reading.target == target) {
         reading.measured = reading.observes.reversed(&reading.measured).unwrap_or(reading.measured);
+    }
+}
+
+/// Whether the campaign says how the sensor of a reading is mounted.
+fn is_mounted(campaign: &Campaign, reading: &Reading) -> bool {
+    let target = reading.target.and_then(|target| campaign.targets.get(target));
+    target.is_none_or(|target| target.values.iter().all(|value| value.parameter.is_none()))
+}
+
+/// Reads otherwise all directions of sensors that are mounted as the campaign says.
+fn read_directions(campaign: &mut Campaign, way: impl Fn(&mut [f64])) {
+    let own: Vec<bool> = campaign.readings.iter().map(|reading| is_mounted(campaign, reading)).collect();
+    for (reading, _) in campaign.readings.iter_mut().zip(own).filter(|(_, own)| *own) {
+        if reading.observes.reversed(&reading.measured).is_some() {
+            way(&mut reading.measured[..3]);
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use super::evidence::{Evidence, Limits};
 use super::hypothesis::Hypothesis;
 use super::readings::explained;
 use crate::diagnostic::Diagnostic;
-use crate::estimation::{Calibration, Settings, calibrate};
+use crate::estimation::{Calibration, Settings, calibrate, far_off};
 
 /// Where calibration leaves far more than the stated noise, the same with the last joint negated, else with base or tool estimated as well:
 /// the first with which the error falls to what noise can be.
@@ -23,8 +23,11 @@ pub(super) fn as_placed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic>
         way.apply(model, &mut moved, &mut model.registry.nominal());
         let settings = Settings { only: Some(found.slots.clone()), second_order: false, ..Settings::default() };
         let again = calibrate(model, &moved, &found.held_out, &settings, &mut |_| {}).ok()?;
-        let falls =
-            again.converged() && again.noise_ratio <= most && again.noise_ratio * limits.fall <= found.noise_ratio;
+        // With an axis turned round a robot is another one of the same motions: constants that no arm has explain nothing.
+        let falls = again.converged()
+            && again.noise_ratio <= most
+            && again.noise_ratio * limits.fall <= found.noise_ratio
+            && far_off(model, &again).next().is_none();
         falls.then(|| (vec![way], again.after.fit.distance[1]))
     };
     let ways = Hypothesis::all(model, campaign);

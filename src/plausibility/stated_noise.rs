@@ -5,6 +5,7 @@ use super::fitted::Fitted;
 use crate::description::campaign::{NoiseOrigin, Reading};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, row_kinds, row_sigmas};
+use crate::math::median;
 
 /// Names of the quantities and the keys under `instrument:` that state their noise.
 const QUANTITIES: [(&str, &str); 3] =
@@ -16,6 +17,36 @@ struct Residuals {
     /// Weighted squares, and how many.
     squares: f64,
     rows: f64,
+}
+
+/// A reading whose stated noise is this part of the median of its kind is given in another unit: it would count a million times as much
+/// as each of them. Instruments of one campaign differ by less.
+const UNLIKE: f64 = 1e-3;
+
+/// Readings whose stated noise is far below that of the others, whom they would outweigh.
+pub(super) fn alike(evidence: &Evidence, _limits: &Limits) -> Vec<Diagnostic> {
+    let campaign = evidence.campaign;
+    let stated = |k: usize| {
+        let of = move |reading: &Reading| {
+            let noise = &reading.noise;
+            let least = noise.position.into_iter().fold(f64::INFINITY, f64::min);
+            noise.is_stated[k].then(|| [least, noise.orientation, noise.load][k]).filter(|sigma| *sigma > 0.0)
+        };
+        let all: Vec<(&Reading, f64)> = campaign.readings.iter().filter_map(|own| Some((own, of(own)?))).collect();
+        let usual = median(&mut all.iter().map(|(_, sigma)| *sigma).collect::<Vec<f64>>())?;
+        let low: Vec<_> = all.into_iter().filter(|(_, sigma)| *sigma < UNLIKE * usual).collect();
+        let (first, sigma) = low.first()?;
+        let more = if low.len() > 1 { format!(", and {} more", low.len() - 1) } else { String::new() };
+        let message = format!(
+            "the noise stated for {}{more} is {:.1e} times that of the others: it would outweigh all of them",
+            campaign.address(first),
+            sigma / usual
+        );
+        let remedy =
+            "correct it: the column is in the campaign's units; of a reading without noise leave the cell empty";
+        Some(Diagnostic::error(message).code(Code::WrongUnits).remedy(remedy).figure("ratio", sigma / usual))
+    };
+    (0..3).filter_map(stated).collect()
 }
 
 pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {

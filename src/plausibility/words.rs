@@ -57,6 +57,16 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
         Hypothesis::DirectionsReversed(target) => {
             directions(target.and_then(|target| campaign.targets.get(target)).map(|target| target.name.as_str()))
         }
+        Hypothesis::DirectionsMirrored(a) => Words::new(
+            format!("{} of the measured directions negated", axis(a)),
+            "does that axis of the sensor point the other way?",
+            format!("turn the sign of the column of {}", axis(a)),
+        ),
+        Hypothesis::DirectionsExchanged(a, b) => Words::new(
+            format!("{} and {} of the measured directions exchanged", axis(a), axis(b)),
+            "are these axes of the sensor exchanged?",
+            "name the columns right",
+        ),
         Hypothesis::Sensors(way) => sensors(way, campaign),
         Hypothesis::Reaction => reaction(),
         Hypothesis::Moments(factor) => moments(factor),

@@ -6,6 +6,7 @@ use super::against::compared;
 use super::plots::{bars, histogram};
 use super::table::{Screen, number};
 use crate::estimation::Together;
+use crate::math::distinct;
 use crate::results::units::{deg, mm};
 use crate::results::{
     CombinedParameter, DescriptionResiduals, Dropped, ElasticSensitivity, Identification, MovedParameter,
@@ -141,7 +142,7 @@ pub fn identification(found: &Identification, screen: Screen) -> String {
     out += "\n";
     out += &screen.table(
         &["parameter", "unit", "nominal", "value", "change", "95 % +-", ""],
-        found.parameters.iter().filter(|p| p.identifiable).map(|p| parameter_row(found, p)),
+        found.parameters.iter().filter(|p| p.identifiable || is_held_elsewhere(p)).map(|p| parameter_row(found, p)),
     );
     for set in &found.conventions {
         let row = |p: &CombinedParameter| {
@@ -248,10 +249,17 @@ fn certainty(found: &Identification) -> String {
     out
 }
 
+/// Whether it was dropped, and has another value than the description's: that to which others are fitted.
+fn is_held_elsewhere(p: &ParameterEstimate) -> bool {
+    let is_other = |nominal: f64| (p.value - nominal).abs() > 1e-9 * nominal.abs().max(1.0);
+    !p.identifiable && p.nominal.is_some_and(is_other)
+}
+
 fn parameter_row(found: &Identification, p: &ParameterEstimate) -> Vec<String> {
     let is_merged = found.equivalences.iter().any(|group| group.members.first() == Some(&p.name));
     let note = match (p.at_bound, is_merged) {
         _ if p.insensitive == Some(true) => any_value(p),
+        _ if !p.identifiable => "dropped: the others hold with this value".to_string(),
         (true, _) => "at its bound".to_string(),
         (_, true) => "with its group, below".to_string(),
         _ if p.interval.is_some() => {
@@ -364,11 +372,16 @@ fn moved(since: &Since, screen: Screen) -> String {
     let which = if since.moved.is_empty() { "nothing".into() } else { since.moved.join(", ") };
     let table =
         screen.table(&["parameter", "unit", "difference", "sigma", "z", "chance (Holm)", ""], all.into_iter().map(row));
-    format!(
+    let mut out = format!(
         "\nmoved since {}: {which} (at most {:.0} % that anything is named that has not)\n{table}",
         since.description,
         100.0 * since.level
-    )
+    );
+    if !since.not_compared.is_empty() {
+        let parts = distinct(since.not_compared.iter().map(|name| name.split('.').next().unwrap_or(name)));
+        let _ = writeln!(out, "not compared, since {} does not state them: {}", since.description, parts.join(", "));
+    }
+    out
 }
 
 fn strongest_correlations(found: &Identification) -> Vec<String> {

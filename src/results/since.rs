@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::units::unit;
 use crate::estimation::{Change, LEVEL};
 use crate::model::Model;
-use crate::parameter::Parameter;
+use crate::parameter::{Parameter, Slot};
 
 /// The change of a parameter, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -59,16 +59,24 @@ pub struct Since {
     pub level: f64,
     /// Names of what has moved.
     pub moved: Vec<String>,
-    /// All parameters estimated.
+    /// All parameters compared.
     pub parameters: Vec<MovedParameter>,
+    /// Names of parameters estimated of which the earlier description states nothing.
+    pub not_compared: Vec<String>,
 }
 
 impl Since {
     /// With the names and units of a model.
-    pub fn new(description: &str, model: &Model, changes: &[Change]) -> Self {
+    pub fn new(description: &str, model: &Model, changes: &[Change], not_stated: &[Slot]) -> Self {
         let parameter = |change: &Change| MovedParameter::new(&model.registry[change.slot], change);
         let parameters: Vec<MovedParameter> = changes.iter().map(parameter).collect();
         let moved = parameters.iter().filter(|parameter| parameter.moved).map(|parameter| parameter.name.clone());
-        Self { description: description.into(), level: LEVEL, moved: moved.collect(), parameters }
+        Self {
+            description: description.into(),
+            level: LEVEL,
+            moved: moved.collect(),
+            parameters,
+            not_compared: not_stated.iter().map(|&slot| model.registry[slot].name.clone()).collect(),
+        }
     }
 }

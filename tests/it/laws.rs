@@ -95,7 +95,7 @@ fn laws_are_named_or_in_a_small_group() {
             vec![("expansion", number(4e-5)), ("course", word("delayed")), ("time_constant", number(2500.0))],
         ),
         ("tool-warm-up", "tool", vec![("z", number(4e-4)), ("time_constant", number(1500.0))]),
-        ("refraction", "instrument", vec![("curvature", number(1e-4))]),
+        ("refraction", "instrument", vec![("curvature", number(5e-5))]),
         (
             "instrument-encoder",
             "instrument",

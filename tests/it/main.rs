@@ -109,6 +109,7 @@ mod torques;
 mod tracking;
 mod turned_starts;
 mod uncertainty;
+mod unlucky;
 mod unmeasured;
 mod ur_kinematics;
 mod urdf;

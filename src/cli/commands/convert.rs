@@ -13,7 +13,7 @@ use crate::description::convention::as_declared;
 use crate::description::raw::RawRobot;
 use crate::description::{ur_kinematics, urdf, yaml};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::files::{moved_to, schema_line, source_urdf};
+use crate::files::{LoadedRobot, moved_to, schema_line, source_urdf};
 use crate::model::{EffectEntry, Model};
 use crate::prediction::{Linearised, PredictionError, Predictor};
 use crate::render::mjcf::mjcf;
@@ -116,6 +116,12 @@ fn fault(text: &str, session: &Session, expected: &Expected) -> Option<String> {
     (greatest > SAME).then(|| format!("it predicts readings up to {greatest:.1e} m or rad away from the fit"))
 }
 
+/// A description written and read back; `None` where it cannot be read.
+pub fn read_back(raw: &RawRobot, session: &Session) -> Result<Option<LoadedRobot>, Error> {
+    let (text, _) = written(raw, Path::new(READ_BACK))?;
+    Ok(session.reader.robot_text(Path::new(READ_BACK), &text).ok())
+}
+
 /// Root mean square error (m) that a description, written and read back, leaves of certain readings of a campaign, by their index;
 /// `None` where they cannot be predicted. What is `left_out` of the description is switched on as it was found.
 pub fn leaves(
@@ -125,8 +131,7 @@ pub fn leaves(
     left_out: &[EffectEntry],
     used: impl Fn(usize) -> bool,
 ) -> Result<Option<f64>, Error> {
-    let (text, _) = written(raw, Path::new(READ_BACK))?;
-    let Ok(robot) = session.reader.robot_text(Path::new(READ_BACK), &text) else { return Ok(None) };
+    let Some(robot) = read_back(raw, session)? else { return Ok(None) };
     let mut model = robot.model;
     left_out.iter().for_each(|entry| model.switch_on(entry.clone()));
     let model = model.arranged(expected.campaign);

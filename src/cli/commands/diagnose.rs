@@ -3,17 +3,18 @@
 use std::path::Path;
 use std::time::Instant;
 
-use super::convert::{Expected, can_write, error, leaves, unusable, written};
+use super::convert::{Expected, can_write, error, leaves, read_back, unusable, written};
 use super::identify::{has_lengths, left_to_fit, not_computed};
 use crate::Error;
 use crate::cli::args::Diagnose;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::description::raw::{RawApplied, RawRobot, RawValidity};
-use crate::diagnosis::{Diagnosis, Settings, diagnose};
+use crate::diagnosis::{Cause, Diagnosis, Level, Settings, diagnose};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::effects::EffectEntry;
+use crate::estimation;
 use crate::files::LoadedRobot;
 use crate::model::{Model, with_values};
 use crate::observation::Purpose;
@@ -47,7 +48,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let mut output = Output::new(render::diagnosis(&result, session.terminal.screen), &result)?;
     output.diagnostics = loaded.diagnostics;
     judged.extend(doubts(model, campaign, &found, &Limits::default()));
-    let written = Described::new(&loaded.robot, campaign, &found);
+    let written = Described::new(&loaded.robot, campaign, &found, session)?;
     judged.extend(worse_than_found(&written, session)?);
     let mut output = output.judged(judged, session.arguments.force)?;
     output.diagnostics.extend(nothing_refitted(campaign, model));
@@ -69,18 +70,53 @@ pub struct Described<'a> {
 }
 
 impl<'a> Described<'a> {
-    pub fn new(robot: &'a LoadedRobot, campaign: &'a Campaign, found: &'a Diagnosis) -> Self {
+    /// # Errors
+    /// A description that cannot be written.
+    pub fn new(
+        robot: &'a LoadedRobot,
+        campaign: &'a Campaign,
+        found: &'a Diagnosis,
+        session: &Session,
+    ) -> Result<Self, Error> {
         let model = &robot.model;
         let mut raw = with_values(&robot.raw, model, &found.values);
         let mut without_rest = raw.clone();
         let of_the_session = applied(&mut raw, model, found, true);
         applied(&mut without_rest, model, found, false);
+        if !of_the_session.is_empty() {
+            raw = placed_anew(&raw, model, campaign, found, session)?.unwrap_or(raw);
+        }
         if !raw.effects.is_empty() || model.registry.nominal() != found.values {
             raw.validity = Some(RawValidity::of(campaign, &model.variable_names()));
         }
         let expected = Expected { campaign, residual: None, fitted: (model, &found.values) };
-        Self { raw, without_rest, expected, found, of_the_session }
+        Ok(Self { raw, without_rest, expected, found, of_the_session })
     }
+}
+
+/// The description without what belongs to the session, with what that was fitted together with fitted anew: base and tool, which drifts
+/// start from; all that was re-fitted where what is left out is no law, since a curve takes part of what constants do. `None` where that
+/// cannot be fitted.
+fn placed_anew(
+    raw: &RawRobot,
+    of: &Model,
+    campaign: &Campaign,
+    found: &Diagnosis,
+    session: &Session,
+) -> Result<Option<RawRobot>, Error> {
+    let Some(robot) = read_back(raw, session)? else { return Ok(None) };
+    let model = robot.model.arranged(campaign);
+    let is_left_out = |cause: &Cause| cause.entries.iter().any(|entry| cause.is_of_the_session(entry));
+    let are_laws = found.causes.iter().filter(|cause| is_left_out(cause)).all(|cause| cause.level == Level::Law);
+    let refitted = found.refitted.iter().filter_map(|&slot| model.registry.slot(&of.registry[slot].name));
+    let only = if are_laws { Vec::new() } else { refitted.collect() };
+    let is_used = |reading: &Reading| !found.outliers.contains(&reading.row);
+    let own = campaign.select(|_, reading| is_used(reading));
+    let held_out: Vec<bool> = own.readings.iter().map(|reading| reading.check == Some(true)).collect();
+    let settings = estimation::Settings { only: Some(only), second_order: false, ..estimation::Settings::default() };
+    let fitted = estimation::calibrate(&model, &own, &held_out, &settings, &mut |_| {});
+    let fitted = fitted.ok().filter(estimation::Calibration::converged);
+    Ok(fitted.map(|fitted| with_values(raw, &model, &fitted.values)))
 }
 
 /// Writes the description as diagnosed, where it may be.

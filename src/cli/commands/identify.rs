@@ -13,9 +13,10 @@ use crate::cli::values::known_parameters;
 use crate::description::campaign::{Campaign, Sharing};
 use crate::description::raw::{RawRobot, RawValidity};
 use crate::diagnostic::{Code, Diagnostic};
+use crate::effects::{Family, Nonlinear, Site};
 use crate::estimation::{
     Calibration, CalibrationError, OtherSet, Settings, What, against, calibrate, changes, comparable, compare,
-    loss_fault, split, with_uncertainties,
+    loss_fault, not_stated, split, with_uncertainties,
 };
 use crate::files::{LoadedCampaign, writable_table};
 use crate::least_squares::Loss;
@@ -210,7 +211,8 @@ pub(super) fn calibrated(
     let mut result = Identification::new(model, campaign, &found, started.elapsed().as_secs_f64());
     result.refusals = judged.iter().filter(|diagnostic| diagnostic.is_error()).cloned().collect();
     result.conventions = CombinedParameters::all(&loaded.robot.robot.calibration.combinations, model, &found);
-    result.since = asked.since.map(|name| Since::new(name, model, &changes(raw, model, &found)));
+    result.since =
+        asked.since.map(|name| Since::new(name, model, &changes(raw, model, &found), &not_stated(raw, model, &found)));
     if let Some(other) = asked.against {
         result.against = compared(other, model, campaign, &found, settings)?;
     }
@@ -218,6 +220,7 @@ pub(super) fn calibrated(
     output.diagnostics.clone_from(&loaded.diagnostics);
     output.diagnostics.extend(loaded.outside());
     output.diagnostics.extend(result.since.as_ref().and_then(certain));
+    output.diagnostics.extend(not_declared(model, campaign, &found));
     let mut output = output.judged(judged, session.arguments.force)?;
     write_tables(&mut output, &result, asked)?;
     if let Some(path) = asked.save {
@@ -312,6 +315,26 @@ fn certain(since: &Since) -> Option<Diagnostic> {
             since.parameters.len()
         );
         Diagnostic::warning(text).remedy("compare with a description that `identify --save` wrote")
+    })
+}
+
+/// A warning of compliances that `calibrate:` names and of which the description declares none to be identified.
+fn not_declared(model: &Model, campaign: &Campaign, found: &Calibration) -> Option<Diagnostic> {
+    let is_missing = |name: &&String| {
+        let Some(effect) = model.catalogue.get(name) else { return false };
+        let (sites, nonlinear) = (effect.sites(model), Nonlinear::default());
+        let is_fitted =
+            |site: &Site| effect.constants(model, site, &nonlinear).iter().any(|slot| found.slots.contains(slot));
+        effect.family(&nonlinear) == Family::Elastic && !effect.is_free_form() && !sites.iter().any(is_fitted)
+    };
+    let missing: Vec<String> = campaign.calibrate.iter().filter(is_missing).map(|name| format!("`{name}`")).collect();
+    (!missing.is_empty()).then(|| {
+        let text = format!(
+            "`calibrate:` names {}, and the description declares nothing of it to be identified: it is not fitted here",
+            missing.join(", ")
+        );
+        Diagnostic::warning(text)
+            .remedy("write the springs with `identifiable: true` into the description; `diagnose` fits it without")
     })
 }
 

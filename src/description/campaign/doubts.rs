@@ -162,7 +162,8 @@ fn back_in_time(
         back.extend((time < before).then_some((index, before - time)));
     }
     let &(index, by) = back.first()?;
-    if !is_numbered && steps >= FEW && back.len() as f64 > MIXED * steps as f64 {
+    let falls_always = steps >= FEW && back.len() == steps;
+    if !is_numbered && steps >= FEW && back.len() as f64 > MIXED * steps as f64 && !falls_always {
         return None;
     }
     let more = if back.len() > 1 { format!(", and {} times more", back.len() - 1) } else { String::new() };
@@ -176,7 +177,11 @@ fn back_in_time(
             "if a clock or a session began anew, name the sessions; else sort the rows, or give `order`",
         ),
     };
-    let diagnostic = Diagnostic::warning(format!("`time` goes back by {by} s{more}: {what}")).remedy(remedy);
+    let diagnostic = match falls_always {
+        true => Diagnostic::warning(format!("`time` falls from each reading to the next: {what}, the last row first"))
+            .remedy("if the clock counts down, turn its sign: what drifts would have the wrong one"),
+        false => Diagnostic::warning(format!("`time` goes back by {by} s{more}: {what}")).remedy(remedy),
+    };
     Some(diagnostic.at(place(index, "time")).figure("times", back.len() as f64))
 }
 

@@ -7,8 +7,11 @@ use super::collector::GREATEST;
 use crate::description::elastic::Payload;
 use crate::description::raw::RawPayload;
 use crate::description::robot::Robot;
-use crate::description::units::Units;
-use crate::diagnostic::{Diagnostic, Locate};
+use crate::description::units::{Length, Units};
+use crate::diagnostic::{Code, Diagnostic, Locate};
+
+/// Distance of a centre of mass from its frame, m, below which it looks like a number of metres among millimetres.
+const CENTRED: f64 = 1e-3;
 
 /// What is wrong with a body without a mass.
 pub fn no_mass(name: &str) -> String {
@@ -25,6 +28,15 @@ pub fn payloads(
 ) -> Vec<(String, Payload)> {
     let mut payloads = Vec::new();
     for (name, payload) in declared {
+        // Nobody knows the centre of mass of what a tool carries to so little, unless it is said to be in the frame itself.
+        let near = Vector3::from(payload.com).norm() * units.length.factor();
+        if near > 0.0 && near < CENTRED && units.length != Length::Metre {
+            let unit = units.length.symbol();
+            let far = near / units.length.factor();
+            let message = format!("the centre of mass of payload `{name}` lies {far:.3} {unit} from its frame");
+            let warning = Diagnostic::warning(message).code(Code::Implausible).at(locate(&["payloads", name, "com"]));
+            diagnostics.push(warning.remedy(format!("centres are in {unit}: if it is in m, write it in {unit}")));
+        }
         let mut fault = |key: &str, message: String, remedy: &str| {
             diagnostics.push(Diagnostic::error(message).at(locate(&["payloads", name, key])).remedy(remedy));
         };

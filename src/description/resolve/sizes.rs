@@ -7,6 +7,7 @@ use crate::description::units::{Angle, Length};
 use crate::diagnostic::{Code, Diagnostic};
 
 use crate::diagnostic::Locate;
+use crate::math::median;
 
 /// Greatest sum of the lengths of a robot's frames, m.
 const LONGEST: f64 = 50.0;
@@ -30,7 +31,11 @@ pub fn doubtful_sizes(raw: &RawRobot, robot: &Robot, locate: Locate) -> Vec<Diag
     diagnostics.extend(limits_in_radians(raw, locate));
     let reach = reach(robot);
     diagnostics.extend(heavy_or_far(raw, reach, locate));
-    diagnostics.extend(centres_in_metres(raw, reach, locate));
+    let centres = centres_in_metres(raw, reach, locate);
+    if centres.is_none() {
+        diagnostics.extend(heavy_centres_in_metres(raw, locate));
+    }
+    diagnostics.extend(centres);
     diagnostics.extend(other_gravity(raw, locate));
     diagnostics
 }
@@ -143,12 +148,13 @@ fn limits_in_radians(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
     })
 }
 
-/// Sum of the lengths of a robot's frames, m, of those that share an axis once.
+/// Sum of the lengths of a robot's frames, m, of those that share an axis once, and of the travels of joints that slide.
 fn reach(robot: &Robot) -> f64 {
     let of = |frame: &Frame| {
         let Constants { b, d, r, .. } = frame.constants;
         let shared = if frame.coaxial.is_some() { 0.0 } else { b.abs() + d.abs() };
-        shared + r.abs()
+        let travel = frame.limits.filter(|_| frame.joint == JointKind::Prismatic).map_or(0.0, |[low, high]| high - low);
+        shared + r.abs() + if travel.is_finite() { travel.abs() } else { 0.0 }
     };
     robot.frames.iter().map(of).sum()
 }
@@ -238,6 +244,36 @@ fn centres_in_metres(raw: &RawRobot, reach: f64, locate: Locate) -> Option<Diagn
         .at(locate(&["bodies", name, "com"]))
         .remedy(format!("centres are in {unit}: if these are in m, write them in {unit}"))
     })
+}
+
+/// Part of the distance at which the centres of mass of all bodies lie (by the median), and distance (m), below which that of a heavy body is
+/// doubted. Judgements: of the bundled arms the nearest lies at a tenth.
+const NEARER: f64 = 2e-2;
+const CENTRED: f64 = 1e-3;
+
+/// Bodies as heavy as half of them at least, in a file that is not in metres, whose centres of mass lie hundreds of times nearer to
+/// their frames than those of the others: light parts of a wrist may be balanced so well.
+fn heavy_centres_in_metres(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
+    let size = |com: [f64; 3]| com.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let off: Vec<(&String, f64, f64)> = raw
+        .bodies
+        .iter()
+        .filter_map(|(name, body)| Some((name, body.mass?, size(body.com?))))
+        .filter(|(_, mass, far)| *mass > 0.0 && *far > 0.0)
+        .collect();
+    let usual = median(&mut off.iter().map(|(.., far)| *far).collect::<Vec<f64>>())?;
+    let heavy = median(&mut off.iter().map(|(_, mass, _)| *mass).collect::<Vec<f64>>())?;
+    let most = (NEARER * usual).min(CENTRED / raw.units.length.factor());
+    let near: Vec<_> = off.iter().filter(|(_, mass, far)| *mass >= heavy && *far < most).collect();
+    let (name, _, far) = near.first().filter(|_| raw.units.length != Length::Metre)?;
+    let unit = raw.units.length.symbol();
+    let names: Vec<String> = near.iter().map(|(name, ..)| format!("`{name}`")).collect();
+    let message = format!(
+        "the centre of mass of body {} lies within {far:.3} {unit} of its frame, where those of others lie {usual:.0} {unit} from theirs",
+        names.join(", ")
+    );
+    let diagnostic = Diagnostic::warning(message).code(Code::Implausible).at(locate(&["bodies", name, "com"]));
+    Some(diagnostic.remedy(format!("centres are in {unit}: if this one is in m, write it in {unit}")))
 }
 
 /// Least and greatest acceleration of gravity on the ground, m/s2, with room: 9.764 on a mountain at the equator, 9.834 at a pole.

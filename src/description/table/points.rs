@@ -29,6 +29,11 @@ fn known(title: &str) -> String {
 /// The names of the fields, and whether the first line is a header: by what is declared, by the header, or by their number.
 pub(super) fn titles(points: &Points, cells: &[String], row: &Row) -> Result<(Vec<String>, bool), Diagnostic> {
     let is_number = |cell: &String| cell.replace(',', ".").parse::<f64>().is_ok();
+    // A delimiter at the end of each line is no field.
+    let cells = match cells.split_last() {
+        Some((last, others)) if last.trim().is_empty() => others,
+        _ => cells,
+    };
     let found = if !points.fields.is_empty() {
         if points.fields.len() != cells.len() {
             let message = format!("`fields:` names {}, and the line has {} fields", points.fields.len(), cells.len());

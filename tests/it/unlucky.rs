@@ -1,0 +1,159 @@
+//! What sceptical users found: checks that accused sound data, figures that outliers ruled, files that were compared with what they do not
+//! state.
+
+use std::path::Path;
+
+use super::cli::run;
+use super::plausibility::{doubts, json, of_code, refuses, simulated, spoil, starter};
+
+const UNKNOWN: [&str; 2] = ["--unknown-base", "--unknown-tool"];
+
+/// With a constant held a calibration leaves much, and one of the same robot with a wrist turned round and the last joint negated fits:
+/// that is no wrong sign.
+#[test]
+fn held_constants_are_no_wrong_sign() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    simulated(at, "universal-ur5", &[&UNKNOWN[..], &["--poses", "80", "--errors", "1", "--seed", "3"]].concat());
+    let ran = run(at, &["identify", "s", "--hold", "3.d", "--format", "json"]);
+    assert_eq!(ran.status, 0, "{}", ran.out);
+    assert!(of_code(&json(&ran), "misread").is_empty(), "{}", ran.out);
+}
+
+/// Five wrong readings are no noise of the others: not of the intervals of configurations that are held out, nor of the ratio to the
+/// stated noise.
+#[test]
+fn outliers_are_no_noise_after_a_robust_loss() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    simulated(at, "universal-ur5", &[&UNKNOWN[..], &["--poses", "100", "--seed", "5"]].concat());
+    let rows = [4, 20, 41, 63, 80];
+    spoil(&at.join("s"), |table| {
+        let (x, set) = (table.column("x"), table.column("set"));
+        for row in rows {
+            let value: f64 = table.rows[row][x].parse().expect("a number");
+            table.rows[row][x] = (value + 20.0).to_string();
+            table.rows[row][set] = "fit".into();
+        }
+    });
+    for loss in ["huber", "cauchy", "tukey"] {
+        let ran = run(at, &["identify", "s", "--loss", loss, "--format", "json"]);
+        let found = json(&ran);
+        let ratio = found["noise_ratio"].as_f64().expect("a ratio");
+        assert!((0.8..1.4).contains(&ratio), "{loss}: {ratio}");
+        let all = found["configurations"].as_array().expect("a list");
+        let within = all.iter().filter(|own| own["within"] == true).count();
+        assert!(10 * within >= 8 * all.len() && all.len() > 10, "{loss}: {within} of {}", all.len());
+    }
+}
+
+/// Bases and tools of sessions are not in a description, and what it does not state has not moved.
+#[test]
+fn what_the_earlier_description_does_not_state_has_not_moved() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    simulated(at, "universal-ur5", &[&UNKNOWN[..], &["--poses", "80", "--sessions", "a,b", "--seed", "5"]].concat());
+    assert_eq!(run(at, &["identify", "s", "--save", "cal.yaml"]).status, 0);
+    let found = json(&run(at, &["identify", "s", "--since", "cal.yaml", "--format", "json"]));
+    assert_eq!(found["since"]["moved"].as_array().map(Vec::len), Some(0), "{}", found["since"]["moved"]);
+    let names = found["since"]["not_compared"].as_array().expect("a list");
+    assert!(names.iter().any(|name| name == "base@a.x") && names.iter().any(|name| name == "tool@b.z"), "{names:?}");
+    assert!(found["since"]["parameters"].as_array().is_some_and(|all| all.len() > 15));
+}
+
+/// A drift of the base is left out of the description: its base is then where it was on the whole, and not where it was at first.
+#[test]
+fn without_a_drift_the_base_is_where_it_was_on_the_whole() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let drift = ["--conditions", "--effect", "frame-drift@base:x=3e-8", "--poses", "60", "--seed", "4"];
+    simulated(at, "universal-ur5", &[&UNKNOWN[..], &drift].concat());
+    let ran = run(at, &["diagnose", "s", "--apply", "applied.yaml"]);
+    assert!(ran.status == 0 && ran.err.contains("belongs to this session"), "{}{}", ran.out, ran.err);
+    assert_eq!(run(at, &["identify", "s", "--save", "identified.yaml"]).status, 0);
+    let left = |file: &str| {
+        let found = json(&run(at, &["residuals", file, "s", "--format", "json"]));
+        found["all"]["rms"].as_f64().unwrap_or_else(|| panic!("{found}"))
+    };
+    let [applied, identified] = ["applied.yaml", "identified.yaml"].map(left);
+    assert!(applied < 1.1 * identified, "{applied} {identified}");
+}
+
+/// One reading with a noise of nothing outweighs all others.
+#[test]
+fn one_reading_without_noise_is_refused() {
+    let folder = starter();
+    spoil(&folder.path().join("c"), |table| {
+        table.names.push("sigma".into());
+        for (k, row) in table.rows.iter_mut().enumerate() {
+            row.push(if k == 3 { "1e-9" } else { "0.03" }.into());
+        }
+    });
+    refuses(folder.path(), &["identify", "c", "--save", "x.yaml"], "wrong-units", &["measurements.csv:5", "outweigh"]);
+    assert!(!folder.path().join("x.yaml").exists());
+}
+
+/// A clock that counts down gives what drifts the wrong sign.
+#[test]
+fn a_clock_that_counts_down_is_doubted() {
+    let folder = starter();
+    spoil(&folder.path().join("c"), |table| {
+        table.names.push("time".into());
+        let count = table.rows.len();
+        table.rows.iter_mut().enumerate().for_each(|(k, row)| row.push((60 * (count - k)).to_string()));
+    });
+    doubts(folder.path(), &["identify", "c"], "suspect-readings", &["`time` falls from each reading to the next"]);
+}
+
+/// Axes of an inclinometer that are mirrored or exchanged, where the campaign says how it is mounted.
+#[test]
+fn axes_of_an_inclinometer_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    simulated(at, "universal-ur5", &["--poses", "40", "--observes", "inclination", "--seed", "3"]);
+    assert_eq!(run(at, &["identify", "s"]).status, 0);
+    let named = |words: &str| {
+        let ran = run(at, &["identify", "s", "--format", "json"]);
+        let found = of_code(&json(&ran), "misread");
+        assert!(ran.status == 2 && !found.is_empty(), "{}", ran.out);
+        assert!(found[0]["message"].as_str().is_some_and(|message| message.contains(words)), "{words}: {}", found[0]);
+    };
+    spoil(&at.join("s"), |table| table.scale(&["gz"], -1.0));
+    named("z of the measured directions negated");
+    spoil(&at.join("s"), |table| table.scale(&["gz"], -1.0));
+    spoil(&at.join("s"), |table| table.swap("gx", "gy"));
+    named("x and y of the measured directions exchanged");
+}
+
+/// Centres of mass in metres among others in millimetres: of heavy links, and of a payload.
+#[test]
+fn centres_of_mass_in_metres_are_doubted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = std::fs::read_to_string(format!("{}/robots/universal-ur5.yaml", env!("CARGO_MANIFEST_DIR")));
+    let text = text.expect("a robot");
+    let of = |old: &str, new: &str| {
+        assert!(text.contains(old), "{old}");
+        std::fs::write(folder.path().join("arm.yaml"), text.replace(old, new)).expect("written");
+        run(folder.path(), &["check", "arm.yaml"]).err
+    };
+    assert_eq!(of("robot: ", "robot: "), "");
+    let told = of("[-212.5, 0, 113.36]", "[-0.2125, 0, 0.11336]");
+    assert!(told.contains("the centre of mass of body `2` lies within 0.241 mm"), "{told}");
+    let payload = |com: &str| of("tool: {", &format!("payloads: {{block: {{mass: 8, com: {com}}}}}\ntool: {{"));
+    let told = payload("[0, 0, 0.06]");
+    assert!(told.contains("the centre of mass of payload `block` lies 0.060 mm"), "{told}");
+    assert_eq!(payload("[0, 0, 60]"), "");
+}
+
+/// Compliances that are to be calibrated and that the description does not declare.
+#[test]
+fn compliances_that_are_not_declared_are_told() {
+    let folder = starter();
+    let path = folder.path().join("c/campaign.yaml");
+    let text = std::fs::read_to_string(&path).expect("text");
+    let with = "calibrate: [geometry, joint-offset, joint-compliance]\n";
+    let lines = text.lines().filter(|line| !line.starts_with("calibrate") && !line.starts_with("- "));
+    std::fs::write(&path, lines.collect::<Vec<_>>().join("\n") + "\n" + with).expect("written");
+    let told = run(Path::new(folder.path()), &["identify", "c"]).err;
+    assert!(told.contains("`calibrate:` names `joint-compliance`"), "{told}");
+}
