@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::changes::{ROW, each, mirror, move_rows, shifted, take_back};
 use super::evidence::Limits;
 use super::reordered::{Reordered, TURNS};
-use super::sensors::SensorAngles;
+use super::sensors::{SensorAngles, is_mounted, read_directions, reverse};
 use super::turned::{Angles, Turned};
 use crate::description::campaign::{Campaign, Reading};
 use crate::math::distinct;
@@ -306,29 +306,6 @@ fn multiply_lengths(campaign: &mut Campaign, factor: f64) {
 fn multiply_axis(campaign: &mut Campaign, axis: usize, factor: f64) {
     let of_axes = campaign.readings.iter_mut().filter(|reading| reading.observes.length_rows() == 3);
     of_axes.filter_map(|reading| reading.measured.get_mut(axis)).for_each(|value| *value *= factor);
-}
-
-/// Reads all directions the other way, or those of one target.
-fn reverse(campaign: &mut Campaign, target: Option<usize>) {
-    for reading in campaign.readings.iter_mut().filter(|reading| target.is_none() || reading.target == target) {
-        reading.measured = reading.observes.reversed(&reading.measured).unwrap_or(reading.measured);
-    }
-}
-
-/// Whether the campaign says how the sensor of a reading is mounted.
-fn is_mounted(campaign: &Campaign, reading: &Reading) -> bool {
-    let target = reading.target.and_then(|target| campaign.targets.get(target));
-    target.is_none_or(|target| target.values.iter().all(|value| value.parameter.is_none()))
-}
-
-/// Reads otherwise all directions of sensors that are mounted as the campaign says.
-fn read_directions(campaign: &mut Campaign, way: impl Fn(&mut [f64])) {
-    let own: Vec<bool> = campaign.readings.iter().map(|reading| is_mounted(campaign, reading)).collect();
-    for (reading, _) in campaign.readings.iter_mut().zip(own).filter(|(_, own)| *own) {
-        if reading.observes.reversed(&reading.measured).is_some() {
-            way(&mut reading.measured[..3]);
-        }
-    }
 }
 
 /// Each axis in other units.

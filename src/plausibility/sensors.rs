@@ -1,9 +1,10 @@
-//! Other ways to read directions that are written as two angles: pitch and roll of an inclinometer, azimuth and elevation of an axis.
+//! Other ways to read directions: reversed, with axes mirrored or exchanged, or, of those that are written as two angles (pitch and roll of an
+//! inclinometer, azimuth and elevation of an axis), in other columns or units.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::turned::Angles;
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 
 /// The angle that goes all the way round within a quarter turn of zero, as the other one was written; the other beyond it instead.
 fn within_quarters(first: f64, second: f64) -> [f64; 2] {
@@ -58,5 +59,28 @@ impl SensorAngles {
             _ => None,
         };
         campaign.readings.iter().find_map(|own| of_angles(own.observes.other_columns())).unwrap_or(["", ""])
+    }
+}
+
+/// Reads all directions the other way, or those of one target.
+pub(super) fn reverse(campaign: &mut Campaign, target: Option<usize>) {
+    for reading in campaign.readings.iter_mut().filter(|reading| target.is_none() || reading.target == target) {
+        reading.measured = reading.observes.reversed(&reading.measured).unwrap_or(reading.measured);
+    }
+}
+
+/// Whether the campaign says how the sensor of a reading is mounted.
+pub(super) fn is_mounted(campaign: &Campaign, reading: &Reading) -> bool {
+    let target = reading.target.and_then(|target| campaign.targets.get(target));
+    target.is_none_or(|target| target.values.iter().all(|value| value.parameter.is_none()))
+}
+
+/// Reads otherwise all directions of sensors that are mounted as the campaign says.
+pub(super) fn read_directions(campaign: &mut Campaign, way: impl Fn(&mut [f64])) {
+    let own: Vec<bool> = campaign.readings.iter().map(|reading| is_mounted(campaign, reading)).collect();
+    for (reading, _) in campaign.readings.iter_mut().zip(own).filter(|(_, own)| *own) {
+        if reading.observes.reversed(&reading.measured).is_some() {
+            way(&mut reading.measured[..3]);
+        }
     }
 }
