@@ -49,18 +49,17 @@
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
-use super::robust::NORMAL_OF_MEDIAN;
+use super::robust::deviation;
 use super::shared::{Components, SharedError, Sharing};
 use crate::least_squares::Loss;
 use crate::math::linear::{cofactor, factored};
-use crate::math::median;
 use crate::math::quantiles::t95;
 
 /// Robust weight at or below which a reading counts as an outlier that determines nothing. Tukey's loss gives 0 beyond its
 /// scale; Huber's and Cauchy's reach this only at hundreds of standard deviations.
 const OUTLIER: f64 = 1e-3;
 
-/// Mean slope of the influence below which it says nothing of the rows: more than half of them are then outliers.
+/// Mean slope of the influence below which it says nothing of the rows: with Huber's loss three quarters of them are then outliers. A judgement.
 const LEAST_SLOPE: f64 = 0.25;
 
 /// Covariance of the parameters of a fit, in the order of its columns.
@@ -125,9 +124,8 @@ impl Covariance {
             DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| jacobian[(i, j)] * by_row[i][k].sqrt())
         };
         let (inverse, influences) = (cofactor(&scaled(0)), scaled(1));
-        let of_data = residual.iter().zip(losses).filter(|(_, loss)| **loss != Loss::Squares).map(|(r, _)| r.abs());
-        let middle = median(&mut of_data.collect::<Vec<f64>>()).unwrap_or(0.0);
-        let noise_ratio = correction.sqrt() * NORMAL_OF_MEDIAN * middle;
+        let of_data = residual.iter().zip(losses).filter(|(_, loss)| **loss != Loss::Squares).map(|(r, _)| *r);
+        let noise_ratio = correction.sqrt() * deviation(of_data).unwrap_or(0.0);
         Self { matrix: &inverse * influences.tr_mul(&influences) * &inverse, noise_ratio, ..self }
     }
 

@@ -2,11 +2,11 @@
 
 use super::covariance::Covariance;
 use super::result::{CalibrationError, PredictedError};
-use super::robust::NORMAL_OF_MEDIAN;
+use super::robust::deviation;
 use super::task::Task;
 use crate::description::campaign::Campaign;
 use crate::least_squares::Loss;
-use crate::math::{mean_rms_max, median};
+use crate::math::mean_rms_max;
 use crate::parameter::Slot;
 use crate::prediction::{ConfigurationError, ConfigurationErrors, Linearised, NoiseParts, Predictor};
 
@@ -31,7 +31,7 @@ impl Task<'_> {
     fn deviation(&self, residuals: impl Iterator<Item = f64>) -> f64 {
         match self.settings.loss {
             Loss::Squares => mean_rms_max(residuals)[1],
-            _ => NORMAL_OF_MEDIAN * median(&mut residuals.map(f64::abs).collect::<Vec<f64>>()).unwrap_or(0.0),
+            _ => deviation(residuals).unwrap_or(0.0),
         }
     }
 

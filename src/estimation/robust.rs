@@ -15,7 +15,7 @@ use crate::least_squares::{self, Bounds, Loss, Problem, Progress, Settings, Solu
 use crate::math::median;
 
 /// Median absolute deviation of normal noise, to its standard deviation.
-pub(super) const NORMAL_OF_MEDIAN: f64 = 1.4826;
+const NORMAL_OF_MEDIAN: f64 = 1.4826;
 /// Scale of Huber's loss in the first fit, in standard deviations: 95 % efficient on normal noise.
 const EFFICIENT: f64 = 1.345;
 /// Most turns of fit and scale. Each shrinks the scale by the bias that outliers leave, a factor of 3 or more with a fifth
@@ -27,6 +27,11 @@ const SETTLED: f64 = 1e-2;
 const ITERATIONS: usize = 30;
 /// Relative change of the cost that ends a turn.
 const TOLERANCE: f64 = 1e-8;
+
+/// Standard deviation of normal noise of which these are, by their median absolute deviation from zero; `None` of nothing.
+pub(super) fn deviation(residuals: impl Iterator<Item = f64>) -> Option<f64> {
+    median(&mut residuals.map(f64::abs).collect::<Vec<f64>>()).map(|middle| NORMAL_OF_MEDIAN * middle)
+}
 
 /// As [`least_squares::minimize_observed`] from no change; with a robust loss by the three steps above, after which the
 /// problem holds the scales that the loss was used with.
@@ -91,8 +96,7 @@ fn scales(problem: &CampaignProblem, residual: &DVector<f64>) -> [f64; 3] {
     let (rows, used) = (kinds.len() as f64, problem.parameters() as f64);
     let small = (rows / (rows - used).max(1.0)).sqrt();
     std::array::from_fn(|kind| {
-        let mut sizes: Vec<f64> =
-            residual.iter().zip(kinds).filter(|(_, own)| **own == kind).map(|(r, _)| r.abs()).collect();
-        median(&mut sizes).map_or(1.0, |middle| (small * NORMAL_OF_MEDIAN * middle).max(least[kind]))
+        let own = residual.iter().zip(kinds).filter(|(_, own)| **own == kind).map(|(r, _)| *r);
+        deviation(own).map_or(1.0, |scale| (small * scale).max(least[kind]))
     })
 }

@@ -20,7 +20,7 @@ struct Residuals {
 }
 
 /// A reading whose stated noise is this part of the median of its kind is given in another unit: it would count a million times as much
-/// as each of them. Instruments of one campaign differ by less.
+/// as each of them. Instruments of one campaign differ by less: a judgement.
 const UNLIKE: f64 = 1e-3;
 
 /// Readings whose stated noise is far below that of the others, whom they would outweigh.

@@ -48,7 +48,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let mut output = Output::new(render::diagnosis(&result, session.terminal.screen), &result)?;
     output.diagnostics = loaded.diagnostics;
     judged.extend(doubts(model, campaign, &found, &Limits::default()));
-    let written = Described::new(&loaded.robot, campaign, &found, session)?;
+    let written = Described::new(&loaded.robot, campaign, &found);
     judged.extend(worse_than_found(&written, session)?);
     let mut output = output.judged(judged, session.arguments.force)?;
     output.diagnostics.extend(nothing_refitted(campaign, model));
@@ -70,40 +70,25 @@ pub struct Described<'a> {
 }
 
 impl<'a> Described<'a> {
-    /// # Errors
-    /// A description that cannot be written.
-    pub fn new(
-        robot: &'a LoadedRobot,
-        campaign: &'a Campaign,
-        found: &'a Diagnosis,
-        session: &Session,
-    ) -> Result<Self, Error> {
+    pub fn new(robot: &'a LoadedRobot, campaign: &'a Campaign, found: &'a Diagnosis) -> Self {
         let model = &robot.model;
         let mut raw = with_values(&robot.raw, model, &found.values);
         let mut without_rest = raw.clone();
         let of_the_session = applied(&mut raw, model, found, true);
         applied(&mut without_rest, model, found, false);
-        if !of_the_session.is_empty() {
-            raw = placed_anew(&raw, model, campaign, found, session)?.unwrap_or(raw);
-        }
         if !raw.effects.is_empty() || model.registry.nominal() != found.values {
             raw.validity = Some(RawValidity::of(campaign, &model.variable_names()));
         }
         let expected = Expected { campaign, residual: None, fitted: (model, &found.values) };
-        Ok(Self { raw, without_rest, expected, found, of_the_session })
+        Self { raw, without_rest, expected, found, of_the_session }
     }
 }
 
 /// The description without what belongs to the session, with what that was fitted together with fitted anew: base and tool, which drifts
 /// start from; all that was re-fitted where what is left out is no law, since a curve takes part of what constants do. `None` where that
 /// cannot be fitted.
-fn placed_anew(
-    raw: &RawRobot,
-    of: &Model,
-    campaign: &Campaign,
-    found: &Diagnosis,
-    session: &Session,
-) -> Result<Option<RawRobot>, Error> {
+fn placed_anew(described: &Described, session: &Session) -> Result<Option<RawRobot>, Error> {
+    let Described { raw, found, expected: Expected { campaign, fitted: (of, _), .. }, .. } = described;
     let Some(robot) = read_back(raw, session)? else { return Ok(None) };
     let model = robot.model.arranged(campaign);
     let is_left_out = |cause: &Cause| cause.entries.iter().any(|entry| cause.is_of_the_session(entry));
@@ -121,7 +106,9 @@ fn placed_anew(
 
 /// Writes the description as diagnosed, where it may be.
 fn apply(path: &Path, described: Described, mut output: Output, session: &Session) -> Result<Output, Error> {
+    let anew = if described.of_the_session.is_empty() { None } else { placed_anew(&described, session)? };
     let Described { raw, expected, found, of_the_session, .. } = described;
+    let raw = anew.unwrap_or(raw);
     // Readings that are far off are borne where all of them were set aside.
     let is_borne = |diagnostic: &Diagnostic| {
         let count = diagnostic.figures.get("readings").copied().unwrap_or(f64::INFINITY);

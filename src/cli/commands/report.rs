@@ -56,7 +56,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
             judged.push(doubt);
         }
     }
-    let described = Described::new(&loaded.robot, campaign, &review.diagnosis, session)?;
+    let described = Described::new(&loaded.robot, campaign, &review.diagnosis);
     judged.extend(worse_than_found(&described, session)?);
     Output::gate(&judged, force, &loaded.diagnostics)?;
     let shown = if force { forced(judged.clone()) } else { judged.clone() };

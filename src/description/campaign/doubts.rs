@@ -178,7 +178,7 @@ fn back_in_time(
         ),
     };
     let diagnostic = match falls_always {
-        true => Diagnostic::warning(format!("`time` falls from each reading to the next: {what}, the last row first"))
+        true => Diagnostic::warning(format!("`time` falls from each reading to the next: {what}"))
             .remedy("if the clock counts down, turn its sign: what drifts would have the wrong one"),
         false => Diagnostic::warning(format!("`time` goes back by {by} s{more}: {what}")).remedy(remedy),
     };

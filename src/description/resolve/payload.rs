@@ -4,14 +4,12 @@ use indexmap::IndexMap;
 use nalgebra::Vector3;
 
 use super::collector::GREATEST;
+use super::sizes::CENTRED;
 use crate::description::elastic::Payload;
 use crate::description::raw::RawPayload;
 use crate::description::robot::Robot;
 use crate::description::units::{Length, Units};
 use crate::diagnostic::{Code, Diagnostic, Locate};
-
-/// Distance of a centre of mass from its frame, m, below which it looks like a number of metres among millimetres.
-const CENTRED: f64 = 1e-3;
 
 /// What is wrong with a body without a mass.
 pub fn no_mass(name: &str) -> String {

@@ -246,10 +246,10 @@ fn centres_in_metres(raw: &RawRobot, reach: f64, locate: Locate) -> Option<Diagn
     })
 }
 
-/// Part of the distance at which the centres of mass of all bodies lie (by the median), and distance (m), below which that of a heavy body is
-/// doubted. Judgements: of the bundled arms the nearest lies at a tenth.
+/// Part of the distance at which the centres of mass of all bodies lie (by the median) below which that of a heavy body is doubted. A judgement.
 const NEARER: f64 = 2e-2;
-const CENTRED: f64 = 1e-3;
+/// Distance of a centre of mass from its frame, m, below which it looks like a number of metres among millimetres.
+pub(super) const CENTRED: f64 = 1e-3;
 
 /// Bodies as heavy as half of them at least, in a file that is not in metres, whose centres of mass lie hundreds of times nearer to
 /// their frames than those of the others: light parts of a wrist may be balanced so well.
