@@ -114,6 +114,7 @@ fn sifted(forward: &Forward, claims: Vec<Claim>, tests: &Tests, settings: &Setti
     claims = without_series(forward, claims, settings);
     claims = without_lesser(forward, claims, tests.members);
     claims = without_unlikely(forward, claims, settings);
+    drop_negative(&mut claims, forward.problem);
     for _ in 0..settings.claims.curves {
         let taken: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
         match curve(forward, &taken, None, settings) {

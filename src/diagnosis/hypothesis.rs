@@ -94,6 +94,12 @@ impl Hypothesis {
         })
     }
 
+    /// Whether none of its amounts can be below zero: compliances of what is rigid, and elastic laws of which the effect says so.
+    pub fn is_never_negative(&self) -> bool {
+        let is_of_law = || self.parameters.iter().all(|own| own.is_positive) && self.family() == Family::Elastic;
+        self.is_positive || self.constants.is_empty() && is_of_law()
+    }
+
     /// Whether its law is a free curve.
     pub fn is_free(&self) -> bool {
         self.effect.is_free_form()

@@ -177,10 +177,10 @@ impl LinearProblem {
         if columns.is_empty() { DMatrix::zeros(self.rows(), 0) } else { DMatrix::from_columns(&columns) }
     }
 
-    /// Of the members in question, compliances of what is rigid of which nothing positive is left when all are fitted together, the most
-    /// negative one.
+    /// Of the members in question, those that are never negative and of which nothing positive is left when all are fitted together, the
+    /// most negative one.
     pub fn negative(&self, members: &[usize], is_asked: impl Fn(usize) -> bool) -> Option<usize> {
-        let is_asked = |h: &usize| self.hypotheses[*h].is_positive && is_asked(*h);
+        let is_asked = |h: &usize| self.hypotheses[*h].is_never_negative() && is_asked(*h);
         if !members.iter().any(is_asked) {
             return None;
         }

@@ -36,7 +36,7 @@ pub fn drop_replaced(claims: &mut Vec<Claim>, selector: &Selector, noise: f64, n
     }
 }
 
-/// Leaves out compliances of which nothing positive is left in addition to the other causes: what they stood for is in these. A curve at the site
+/// Leaves out compliances, and elastic laws that are never negative, of which nothing positive is left in addition to the other causes: what they stood for is in these. A curve at the site
 /// of a law takes what the law leaves.
 pub fn drop_negative(claims: &mut Vec<Claim>, problem: &LinearProblem) {
     let hypotheses = &problem.hypotheses;

@@ -31,6 +31,8 @@ pub(super) static LAW: Law = Law {
         let at = |share: f64| Nonlinear::new([(&WOUND_UP_AT, NonlinearValue::Real(share * greatest))]);
         if greatest > 0.0 { SHARES.map(at).to_vec() } else { Vec::new() }
     },
+    // Wound up by the least loads it is play, by loads beyond all that occur a linear spring.
+    is_another_at_ends: |_| [true; 2],
     parameters: Some(|_, _, _| vec![EffectParameter::new("wind_up", "rad", 3e-4).positive()]),
     changes: |_, site, nonlinear| {
         let Some(v) = site.coordinate else { return nothing() };

@@ -40,15 +40,18 @@ pub enum Turned {
 pub enum Angles {
     Degrees,
     Radians,
+    Milliradians,
     Gon,
     Turns,
 }
 
 impl Angles {
     /// In which angles of joints are recorded, and declared.
-    pub const MISTAKEN: [(Self, Self); 6] = [
+    pub const MISTAKEN: [(Self, Self); 8] = [
         (Self::Radians, Self::Degrees),
         (Self::Degrees, Self::Radians),
+        (Self::Milliradians, Self::Degrees),
+        (Self::Milliradians, Self::Radians),
         (Self::Gon, Self::Degrees),
         (Self::Gon, Self::Radians),
         (Self::Turns, Self::Degrees),
@@ -63,6 +66,7 @@ impl Angles {
         match self {
             Self::Degrees => PI / 180.0,
             Self::Radians => 1.0,
+            Self::Milliradians => 1e-3,
             Self::Gon => PI / 200.0,
             Self::Turns => 2.0 * PI,
         }
@@ -73,6 +77,7 @@ impl Angles {
         match self {
             Self::Degrees => "deg",
             Self::Radians => "rad",
+            Self::Milliradians => "mrad",
             Self::Gon => "gon",
             Self::Turns => "turns",
         }
