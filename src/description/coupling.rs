@@ -1,5 +1,13 @@
 //! Sums of joints as written: couplings `6 = -1 * 5`, `3 = 2 - 0.5 * 4`, and what limits are of, `q3 - q2`.
 
+/// What stands behind a coupling that the controller computes from the joints it commands: errors of these do not pass on.
+const OF_CONTROLLER: &str = "(controller)";
+
+/// Whether a coupling is the controller's, and not a mechanism.
+pub fn is_of_controller(text: &str) -> bool {
+    text.trim_end().ends_with(OF_CONTROLLER)
+}
+
 /// The joint that follows, and the joints it follows with their factors.
 pub type Coupling<'a> = (&'a str, Vec<(f64, &'a str)>);
 
@@ -13,7 +21,8 @@ pub fn parse_coupling(text: &str) -> Result<Coupling<'_>, String> {
     if joint.is_empty() || joint.contains(char::is_whitespace) {
         return Err("one joint name is needed before `=`".into());
     }
-    let terms = parse_sum(rest)?;
+    let rest = rest.trim_end();
+    let terms = parse_sum(rest.strip_suffix(OF_CONTROLLER).unwrap_or(rest))?;
     if terms.is_empty() { Err("there is no joint after `=`".into()) } else { Ok((joint, terms)) }
 }
 

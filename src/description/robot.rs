@@ -83,6 +83,8 @@ pub struct Coupling {
     pub joint: FrameIndex,
     /// The joints followed, with their factors.
     pub terms: Vec<(f64, FrameIndex)>,
+    /// Whether the controller computes it from the joints it commands, so that errors of these do not pass on.
+    pub is_of_controller: bool,
 }
 
 /// Limits of a sum of joints.

@@ -225,6 +225,7 @@ fn merge(imported: RawRobot, over: RawRobot) -> RawRobot {
             Ok((name, terms)) if terms.iter().any(|(_, master)| prismatic(master) != prismatic(name)) => {
                 let terms =
                     terms.iter().map(|(factor, master)| format!("{} * {master}", factor * unit(master) / unit(name)));
+                // Of an imported file, which knows mechanisms only.
                 format!("{name} = {}", terms.collect::<Vec<_>>().join(" + "))
             }
             _ => coupling,

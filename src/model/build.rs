@@ -32,6 +32,7 @@ pub fn build(robot: &Robot, catalogue: impl Into<Arc<Catalogue>>) -> Result<Mode
         frames: parts.frames,
         actuators: parts.actuators.into_iter().flatten().collect(),
         couplings: robot.couplings.iter().map(|coupling| coupling.terms.clone()).collect(),
+        coupled_by_controller: robot.couplings.iter().map(|coupling| coupling.is_of_controller).collect(),
         limits: robot.limits.clone(),
         keep_out: robot.keep_out.clone(),
         stages: Vec::new(),

@@ -15,9 +15,16 @@ pub struct Follower {
     pub name: String,
     /// Its value: factors of variables, by index.
     terms: Vec<(f64, usize)>,
+    /// Whether the controller couples it: errors of what it follows do not pass on to it.
+    is_of_controller: bool,
 }
 
 impl Follower {
+    /// By how much a variable moves it that moves it when commanded, but not by an error.
+    pub fn only_commanded(&self) -> impl Iterator<Item = (f64, usize)> {
+        self.terms.iter().copied().filter(|_| self.is_of_controller)
+    }
+
     /// What it is where the variables are these: a value, a move or a side of approach; NaN where one of them is.
     pub fn of(&self, variables: &[f64]) -> f64 {
         let term = |&(factor, variable): &(f64, usize)| factor * variables.get(variable).copied().unwrap_or(f64::NAN);
@@ -30,9 +37,10 @@ impl Model {
     /// is none of them.
     pub fn followers(&self) -> Vec<Follower> {
         let follower = |joint: FrameIndex| {
-            let is_coupled = matches!(self.frames[joint].motion, Motion::Coupling(_));
-            let terms = self.in_proportion(joint).filter(|_| is_coupled)?;
-            Some(Follower { joint, name: format!("joint{}", self.frames[joint].name), terms })
+            let Motion::Coupling(which) = self.frames[joint].motion else { return None };
+            let terms = self.in_proportion(joint)?;
+            let is_of_controller = self.coupled_by_controller[which];
+            Some(Follower { joint, name: format!("joint{}", self.frames[joint].name), terms, is_of_controller })
         };
         (0..self.frames.len()).filter_map(follower).collect()
     }

@@ -53,6 +53,8 @@ pub struct Model {
     pub actuators: Vec<Actuator>,
     /// Terms of each coupling.
     pub couplings: Vec<Vec<(f64, FrameIndex)>>,
+    /// Of each coupling, whether it is the controller's ([`crate::description::robot::Coupling::is_of_controller`]).
+    pub coupled_by_controller: Vec<bool>,
     /// Limits of sums of joints.
     pub limits: Vec<SumLimit>,
     /// Boxes through which no link may pass.

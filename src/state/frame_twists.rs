@@ -58,6 +58,14 @@ impl FrameTwistPlan {
 }
 
 impl FrameTwists {
+    /// Takes a column times a factor from another, of all frames.
+    pub fn take_from(&mut self, own: usize, other: usize, factor: f64) {
+        for columns in self.columns.iter_mut().filter(|columns| !columns.is_empty()) {
+            let taken = columns[other];
+            columns[own].iter_mut().zip(taken).for_each(|(value, by)| *value -= factor * by);
+        }
+    }
+
     /// Of a frame that was planned.
     pub fn of(&self, frame: FrameIndex) -> &[[f64; 6]] {
         &self.columns[frame]

@@ -20,6 +20,9 @@ pub struct JointLoadPlan {
     masses: Vec<(FrameIndex, f64, Vector3<f64>)>,
     /// For each coordinate the joint that it drives; none of those that follow others, whose load is that of the joint.
     driven: Vec<Option<FrameIndex>>,
+    /// Columns of variables from which those of followers are taken, times a factor: the controller couples these, and an error of the
+    /// joint does not move them.
+    apart: Vec<(usize, usize, f64)>,
 }
 
 /// Loads on the joints at one configuration. Reused between configurations: nothing is allocated.
@@ -42,12 +45,18 @@ impl JointLoadPlan {
         let variables = model.variables.len();
         let masses = masses(model, mechanics.geometry.values());
         frames.extend(masses.iter().map(|(frame, ..)| *frame));
-        let followers: Vec<Slot> = model.followers().iter().map(|own| model.frames[own.joint].moving_slot()).collect();
+        let all = model.followers();
+        let apart = all
+            .iter()
+            .enumerate()
+            .flat_map(|(k, own)| own.only_commanded().map(move |(factor, variable)| (variable, variables + k, factor)));
+        let apart = apart.collect();
+        let followers: Vec<Slot> = all.iter().map(|own| model.frames[own.joint].moving_slot()).collect();
         let slots = followers.iter().chain(slots).map(|&slot| By::Slot(slot));
         let by: Vec<By> = (0..variables).map(By::Variable).chain(slots).collect();
         let mut driven: Vec<Option<FrameIndex>> = (0..variables).map(|variable| model.joint_of(variable)).collect();
         driven.resize(variables + followers.len(), None);
-        Self { twists: mechanics.twist_plan(frames, &by), masses, driven }
+        Self { twists: mechanics.twist_plan(frames, &by), masses, driven, apart }
     }
 
     /// Workspace for one thread.
@@ -60,6 +69,7 @@ impl JointLoadPlan {
     pub fn place(&self, mechanics: &Mechanics, state: &mut State, out: &mut JointLoads) {
         mechanics.evaluate_rates(state);
         mechanics.evaluate_twists(state, &self.twists, None, &mut out.twists);
+        self.apart.iter().for_each(|&(own, other, factor)| out.twists.take_from(own, other, factor));
         out.own.fill(0.0);
         let gravity = mechanics.geometry.model.structure.gravity;
         for &(frame, mass, centre) in &self.masses {

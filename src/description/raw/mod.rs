@@ -89,7 +89,8 @@ raw! {
         variables: Vec<String>,
         /// Frames by name. `0` is the base and is not declared.
         frames: IndexMap<String, RawFrame>,
-        /// Joints that follow others: `6 = -1 * 5`, several terms joined by `+` or `-`.
+        /// Joints that follow others: `6 = -1 * 5`, several terms joined by `+` or `-`. Behind it `(controller)` where no mechanism
+        /// couples them, but the controller computes it: an error of the joint followed does then not pass on.
         couplings: Vec<String>,
         /// Closed loops by name.
         loops: IndexMap<String, RawLoop>,

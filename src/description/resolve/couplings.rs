@@ -1,6 +1,6 @@
 //! Joints that follow others.
 
-use super::super::coupling::parse_coupling;
+use super::super::coupling::{is_of_controller, parse_coupling};
 use super::super::frame::{Frame, FrameIndex, Motion};
 use super::super::raw::{JointKind, RawRobot};
 use super::super::robot::Coupling;
@@ -25,7 +25,7 @@ pub fn couplings(
                 diagnostics.reject(
                     &path,
                     format!("coupling `{text}`: {why}"),
-                    "write `joint = factor * joint`, as in `6 = -1 * 5` or `3 = 1 * 2 - 0.5 * 4`",
+                    "write `joint = factor * joint`, as in `6 = -1 * 5` or `3 = 1 * 2 - 0.5 * 4`; behind it `(controller)`, where no mechanism but the controller couples them",
                 );
                 continue;
             }
@@ -53,7 +53,7 @@ pub fn couplings(
             continue;
         }
         drivers.add(joint, Motion::Coupling(couplings.len()), &path);
-        couplings.push(Coupling { joint, terms });
+        couplings.push(Coupling { joint, terms, is_of_controller: is_of_controller(text) });
     }
     couplings
 }

@@ -113,10 +113,11 @@ impl Model {
         }
     }
 
-    /// Sites at the joints that move in a way which is accepted.
+    /// Sites at the joints that move in a way which is accepted, but for those that the controller couples: nothing drives them.
     pub fn joints_moved_by(&self, accepted: impl Fn(Motion) -> bool) -> Vec<Site> {
+        let is_driven = |motion| !matches!(motion, Motion::Coupling(which) if self.coupled_by_controller[which]);
         let joints = self.frames.iter().enumerate().skip(1);
-        let joints = joints.filter(|(_, frame)| frame.moves() && accepted(frame.motion));
+        let joints = joints.filter(|(_, frame)| frame.moves() && accepted(frame.motion) && is_driven(frame.motion));
         let site = |(index, frame): (FrameIndex, &Frame)| Site {
             name: format!("joint:{}", frame.name),
             kind: SiteKind::Joint,
