@@ -1,4 +1,4 @@
-//! What machines and instruments do besides, each by a unit: joints turn (rad), points are displaced (m).
+//! What else machines and instruments do, each by a unit: joints turn (rad), points are displaced (m).
 
 use nalgebra::Vector3;
 

@@ -51,7 +51,7 @@ pub enum Shape {
     Smooth { waves: Vec<(Vec<f64>, f64, Vector3<f64>)>, by_force: bool },
     /// One marker has slipped from some time on, along its frame's axes.
     Slip { marker: usize, at: f64, by: Vector3<f64> },
-    /// What the second generator has besides.
+    /// What only the second generator has.
     Odd(Odd),
 }
 

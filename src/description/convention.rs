@@ -57,7 +57,7 @@ pub fn khalil_kleinfinger(raw: &RawRobot, locate: Locate, explained: Explained) 
 }
 
 /// The description in the convention in which it was declared, where any calibrated robot can be written in it: a modified
-/// table (with `beta` beside its columns where an axis is near-parallel to the one before). A classical one cannot hold every
+/// table (with `beta` in addition to its columns where an axis is near-parallel to the one before). A classical one cannot hold every
 /// calibrated robot, and is written with the constants of Khalil and Kleinfinger.
 #[must_use]
 pub fn as_declared(raw: &RawRobot) -> RawRobot {

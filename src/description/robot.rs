@@ -50,7 +50,7 @@ pub struct Robot {
     pub effects: Vec<RawEffect>,
     /// Fuzzy compliance of the tool.
     pub fuzzy: Option<super::fuzzy::Fuzzy>,
-    /// Springs whose stiffness depends on the configuration by rules.
+    /// Springs whose stiffness depends on the configuration by fuzzy rules.
     pub spring_rules: Option<super::fuzzy::SpringRules>,
     /// What calibration may change.
     pub calibration: Calibration,

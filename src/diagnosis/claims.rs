@@ -158,8 +158,12 @@ impl Compared<'_> {
         let family = self.hypothesis(own).family();
         let shares_family = |at: usize| self.hypothesis(at).family() == family;
         let curves = self.curves_elsewhere(own);
-        // What may be another law in its limit is named only together with one that is not.
-        let is_law = !gates.is_in_limit || rivals.iter().any(|(_, gates)| !gates.is_in_limit);
+        // What may be another law in its limit is named only together with one that is not, or with the one that goes on from there.
+        let goes_on = |at: usize| {
+            let (law, other) = (self.hypothesis(own), self.hypothesis(at));
+            !law.is_same(other) && law.is_at(other) && other.nonlinear.continuous().is_some()
+        };
+        let is_law = !gates.is_in_limit || rivals.iter().any(|(at, gates)| !gates.is_in_limit || goes_on(*at));
         let of_gap = self.gain(own) / self.forward.gap;
         // In addition to what no law has, one that takes little of the whole gap is as often a part of that.
         let settings = self.forward.settings;

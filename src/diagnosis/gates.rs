@@ -222,14 +222,14 @@ impl Compared<'_> {
         // Errors under load occur at several sites together, and a free error at one takes up that of another; errors of joints do
         // not go with time.
         let is_of_time = matches!(self.hypothesis(at).family(), Family::Time | Family::Temperature);
-        let beside = || self.beside_another_error(own, &before).filter(|best| *best > share);
+        let with_other = || self.of_rest_of_another(own, &before).filter(|best| *best > share);
         let is_settled = is_enough || !is_of_time || free.column(site).is_some();
-        Some(if is_settled { share } else { beside().unwrap_or(share) })
+        Some(if is_settled { share } else { with_other().unwrap_or(share) })
     }
 
     /// Several directions carry errors of other sites too. The greatest share of all above the noise that a law takes of what a free
     /// error of one direction elsewhere leaves: what that takes up is then that site's. `None` where no more than noise is left.
-    fn beside_another_error(&self, own: &DMatrix<f64>, before: &DVector<f64>) -> Option<f64> {
+    fn of_rest_of_another(&self, own: &DMatrix<f64>, before: &DVector<f64>) -> Option<f64> {
         let (problem, free) = (self.forward.problem, self.forward.free_errors);
         let law = own * own.tr_mul(before);
         let columns = DMatrix::from_columns(&[law, before.clone()]);

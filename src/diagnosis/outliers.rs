@@ -55,7 +55,7 @@ pub fn stand_apart(competition: &Competition, marked: &[bool], settings: &Outlie
 }
 
 /// Share of the configurations with marked readings whose squares fall by half and more with one error at a few angles of one joint,
-/// from which on these are no wrong readings: with one amount for all, wrong ones share neither direction nor size. A
+/// from which on these are no outliers: with one amount for all, outliers share neither direction nor size. A
 /// judgement; tried on random outliers and on teeth of 10 to 30 deg.
 const OF_ONE_PLACE: f64 = 0.7;
 /// The fall of a configuration's squares that counts.

@@ -35,7 +35,7 @@ pub fn refine(
         let mut ratio = settings.refinement_ratio;
         let mut tried: Vec<f64> = steps.map(|k| center * ratio.powi(k)).collect();
         let mut best: Option<(f64, Nonlinear, DMatrix<f64>)> = None;
-        // Weighted squares are chi-square: a value is known well enough where those beside it are worse by less than one standard
+        // Weighted squares are chi-square: a value is known well enough where its neighbours are worse by less than one standard
         // deviation of it makes.
         loop {
             let before = best.as_ref().map(|known| known.0);

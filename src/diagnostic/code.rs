@@ -81,7 +81,7 @@ codes! {
     TooLittleData "too-little-data",
     /// Sessions, or files, do not share the base or the tool that the campaign says they share.
     SessionsDiffer "sessions-differ",
-    /// The other columns of the joints (commanded beside recorded ones) fit the readings much better.
+    /// The other columns of the joints (commanded for recorded ones, or the reverse) fit the readings much better.
     OtherJoints "other-joints",
     /// Readings are copies of others, come back in time, or have the name of another configuration.
     SuspectReadings "suspect-readings",

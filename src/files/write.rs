@@ -101,7 +101,7 @@ pub fn write_whole(files: &[(&Path, &[u8])]) -> Result<(), Error> {
     let mut kept = Vec::new();
     let mut journal = Journal::default();
     for (path, content) in &files {
-        let old = aside(path).map_err(|error| failed(path, error))?;
+        let old = renamed_away(path).map_err(|error| failed(path, error))?;
         journal.files.extend(entry(&top, path, content, old.as_deref()));
         kept.extend(old);
     }
@@ -179,7 +179,7 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 /// A second name of a file that is to be replaced, or a copy where the disk has no second names; removed when dropped.
-fn aside(path: &Path) -> std::io::Result<Option<TempPath>> {
+fn renamed_away(path: &Path) -> std::io::Result<Option<TempPath>> {
     if path.symlink_metadata().is_err() {
         return Ok(None);
     }

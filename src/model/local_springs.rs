@@ -1,4 +1,4 @@
-//! Springs whose compliance depends on the configuration by rules.
+//! Springs whose compliance depends on the configuration by fuzzy rules.
 
 use super::Model;
 use super::fault::Fault;
@@ -24,7 +24,7 @@ impl LocalSprings {
     }
 }
 
-/// Puts the springs by rules into a model, whose own values for them are then not used.
+/// Puts the fuzzy springs into a model, whose own values for them are then not used.
 pub(super) fn put(model: &mut Model, declared: &SpringRules) -> Result<(), Vec<Fault>> {
     let (mut springs, mut faults) = (Vec::new(), Vec::new());
     for (name, rules) in &declared.springs {

@@ -23,7 +23,7 @@ pub struct NoiseEstimate {
     pub degrees_of_freedom: f64,
 }
 
-/// Root mean square of deviations over the same by their median, beyond which some are wrong readings and the median counts.
+/// Root mean square of deviations over the same by their median, beyond which some are outliers and the median counts.
 /// Of Gauss's distribution it is 1, of Student's with 3 degrees of freedom 1.5.
 const WRONG: f64 = 2.0;
 /// Median of the magnitude of a standard normal variable.

@@ -328,7 +328,7 @@ pub trait Observation: Sync {
         None
     }
 
-    /// What is declared for it besides the joints and lengths of the robot: what to look at where nothing explains the readings.
+    /// What is declared for it in addition to the joints and lengths of the robot: what to look at where nothing explains the readings.
     fn depends_on(&self) -> &'static str {
         "where the markers are"
     }

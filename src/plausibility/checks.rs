@@ -146,7 +146,7 @@ pub const CHECKS: &[Check] = &[
     Check {
         codes: &[Code::OtherJoints],
         of_result: true,
-        about: "with the other column of each joint (commanded beside recorded) calibration leaves as much",
+        about: "with the other column of each joint (commanded for recorded) calibration leaves as much",
         find: other_joints::as_declared,
     },
     Check {

@@ -103,7 +103,7 @@ const SHIFTS: [isize; 4] = [1, -1, 2, -2];
 /// Of moments about the other sense, or recorded in N.mm, or in kN.m, where N.m are declared, and the reverse.
 const MOMENT_FACTORS: [f64; 3] = [-1.0, 1e-3, 1e3];
 
-/// Of forces of the other sense, or recorded in kgf, lbf or daN beside moments in N.m. Springs that are fitted take up what both share.
+/// Of forces of the other sense, or recorded in kgf, lbf or daN with moments in N.m. Springs that are fitted take up what both share.
 const FORCE_FACTORS: [f64; 4] = [-1.0, 9.80665, 4.4482216152605, 10.0];
 
 impl Hypothesis {

@@ -17,8 +17,8 @@ pub(super) fn converged(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
     };
     let error = Diagnostic::error(format!("the fit did not converge: {why}, after {} iterations", found.iterations));
     let wrong = match found.loss {
-        Loss::Squares => "look for wrong readings (--loss huber)",
-        _ => "delete wrong readings, or use another --loss",
+        Loss::Squares => "look for outliers (--loss huber)",
+        _ => "delete outliers, or use another --loss",
     };
     let remedy = format!(
         "hold what the readings hardly show (--hold), let tolerances pull (--prior), {wrong}, use --scheme batch, or measure more \

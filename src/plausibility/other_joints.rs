@@ -1,4 +1,4 @@
-//! Joint columns beside those at which the model is evaluated: of commanded and recorded joints one may be nearer to what the robot did.
+//! Joint columns other than those at which the model is evaluated: of commanded and recorded joints one may be nearer to what the robot did.
 
 use super::evidence::{Evidence, Limits};
 use super::shown::mm;
@@ -20,7 +20,7 @@ pub(super) fn as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
         return Vec::new();
     }
     let message = format!(
-        "with the other column of each joint (commanded beside recorded ones) the error of calibration falls from {} to {} mm: is that what the \
+        "with the other column of each joint (commanded for recorded ones) the error of calibration falls from {} to {} mm: is that what the \
          robot did?",
         mm(here),
         mm(there)

@@ -230,14 +230,14 @@ fn many(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     Some(diagnostic.figure("readings", far as f64).figure("others_mm", 1e3 * middle))
 }
 
-/// Residuals over the stated noise from which wrong readings may have hidden each other: a judgement, which decides only whether the
+/// Residuals over the stated noise from which outliers may have hidden each other: a judgement, which decides only whether the
 /// robust fit is made.
 const HIDING: f64 = 1.2;
 
 /// Scale of Huber's loss, standard deviations: 95 % efficient on normal noise (Huber, *Ann. Math. Statist.* 35, 1964).
 const HUBER: f64 = 1.345;
 
-/// The same parameters fitted by a loss that many wrong readings do not bend, where more than the stated noise is left.
+/// The same parameters fitted by a loss that many outliers do not bend, where more than the stated noise is left.
 fn robust(evidence: &Evidence) -> Option<Calibration> {
     let (model, campaign) = (evidence.model, evidence.campaign);
     let found = evidence.found.filter(|found| campaign.sigma.is_some() && found.noise_ratio > HIDING)?;

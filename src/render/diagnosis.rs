@@ -274,11 +274,10 @@ fn location(found: &Location, screen: Screen) -> String {
     for region in &found.conditions {
         let _ = writeln!(out, "{:.4} mm where {}, {:.4} mm elsewhere", region.rms, region.when, region.elsewhere);
     }
-    if let Some(yielding) = &found.yielding {
+    if let Some(excess) = &found.yielding {
         let shown = |v: f64| format!("{:.1} % {}", 100.0 * v.abs(), if v < 0.0 { "less" } else { "more" });
-        let (inside, outside) = (shown(yielding.excess), shown(yielding.elsewhere));
-        let _ =
-            writeln!(out, "the robot deflects {inside} than predicted where {}, {outside} elsewhere", yielding.when);
+        let (inside, outside) = (shown(excess.excess), shown(excess.elsewhere));
+        let _ = writeln!(out, "the robot deflects {inside} than predicted where {}, {outside} elsewhere", excess.when);
     }
     let d = found.directions;
     let _ = writeln!(out, "all readings, by direction: x {:.4}, y {:.4}, z {:.4} mm", d.x, d.y, d.z);

@@ -172,7 +172,7 @@ fn elastic(found: &RobotSummary, model: &Model, raw: &RawRobot, screen: Screen) 
         if !fuzzy.rules.is_empty() {
             let _ = writeln!(
                 out,
-                "compliance by rules of {} {}{}: inputs {}; rules of each component: {}",
+                "fuzzy compliance of {} {}{}: inputs {}; rules of each component: {}",
                 fuzzy.at.as_deref().map_or("the tool centre point".into(), |marker| format!("marker {marker}")),
                 if fuzzy.adds { "(added to springs and beams)" } else { "(in place of springs and beams)" },
                 fuzzy.axes.as_deref().map_or(String::new(), |frame| format!(", axes of {frame}")),
@@ -182,7 +182,7 @@ fn elastic(found: &RobotSummary, model: &Model, raw: &RawRobot, screen: Screen) 
         }
         if !fuzzy.springs.is_empty() {
             let inputs = fuzzy.inputs.join(" ");
-            let _ = writeln!(out, "springs by rules: inputs {inputs}; rules of each: {}", counts(&fuzzy.springs));
+            let _ = writeln!(out, "fuzzy springs: inputs {inputs}; rules of each: {}", counts(&fuzzy.springs));
         }
     }
     out

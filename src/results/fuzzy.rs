@@ -341,7 +341,7 @@ fn per_load([row, column]: [usize; 2]) -> (&'static str, f64) {
     (unit, 1e6)
 }
 
-/// Local springs blended by rules.
+/// Local springs blended by fuzzy rules.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LocalSpringsFound {
     /// The same springs at all configurations.

@@ -57,7 +57,7 @@ pub struct ElasticSummary {
     pub effects_switched_on: Vec<String>,
 }
 
-/// A compliance by rules.
+/// A fuzzy compliance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FuzzySummary {
     pub inputs: Vec<String>,

@@ -23,7 +23,7 @@ pub struct StrainEnergy {
     pub readings: usize,
 }
 
-/// Compliance at the tool centre point at the placed configuration, base axes, by springs and beams or by rules; `None` where
+/// Compliance at the tool centre point at the placed configuration, base axes, by springs and beams or by fuzzy rules; `None` where
 /// the description declares nothing elastic.
 pub fn compliance(mechanics: &Mechanics, state: &State) -> Option<Matrix6<f64>> {
     let found = mechanics.compliance(state, &mechanics.point(state, None, &[0.0; 6]));

@@ -196,7 +196,7 @@ def distances(browser, program, folder, keep):
 
 
 def rules(browser, program, folder, keep):
-    """A compliance by rules: its surfaces are drawn, labelled, and fit."""
+    """A fuzzy compliance: its surfaces are drawn, labelled, and fit."""
     arm, into, page = (os.path.join(folder, name) for name in ("ruled.yaml", "rules", "rules.html"))
     with open(arm, "w") as file:
         file.write(ARM + "fuzzy:\n  inputs: [q1, q2]\n  components:\n"

@@ -237,7 +237,7 @@ fn rules_may_stand_in_a_file_of_their_own() {
     assert!(!under("inside.yaml").is_null());
     assert_eq!(under("beside.yaml"), under("inside.yaml"));
     let told = run(folder.path(), &["check", "beside.yaml"]);
-    assert!(told.out.contains("compliance by rules of marker tip"), "{}", told.out);
+    assert!(told.out.contains("fuzzy compliance of marker tip"), "{}", told.out);
     assert!(told.out.contains("inputs q1 q2; rules of each component: x.fx 4"), "{}", told.out);
     let json = json_of(&run(folder.path(), &["check", "beside.yaml", "--format", "json"]));
     assert_eq!(json["fuzzy"]["rules"]["x.fx"], 4);
@@ -290,7 +290,7 @@ fn identified_rules_are_saved_in_a_file_of_their_own_and_drawn() {
     let ran = run(folder.path(), &["report", "c", "--robot", "named.yaml", "--output", "r.html"]);
     assert_eq!(ran.status, 0, "{}", ran.err);
     let page = std::fs::read_to_string(folder.path().join("r.html")).expect("written");
-    assert!(page.contains("id=\"rules\"") && page.contains("Compliance by rules"), "no section");
+    assert!(page.contains("id=\"rules\"") && page.contains("Fuzzy compliance"), "no section");
 }
 
 /// Rules over many inputs and few readings: what hardly any reading reaches is what its neighbours are, and doubtful use is

@@ -62,7 +62,7 @@ fn components_turn_with_their_frame() {
     assert!((found[0] - by_hand[0]).abs() < 1e-15 && (found[1] - by_hand[1]).abs() < 1e-15, "{found:?} {by_hand:?}");
 }
 
-/// Springs by rules deflect as an arm whose springs have the blended compliance, in statics and at equilibrium, and what
+/// Fuzzy springs deflect as an arm whose springs have the blended compliance, in statics and at equilibrium, and what
 /// they say elsewhere is not used.
 #[test]
 fn local_springs_deflect_as_springs_of_the_blended_compliance() {
@@ -90,11 +90,7 @@ fn local_springs_deflect_as_springs_of_the_blended_compliance() {
         assert!(off < 1e-12, "{off} at equilibrium");
     }
     let told = run(folder.path(), &["check", "local.yaml"]);
-    assert!(
-        told.out.contains("springs by rules: inputs q2; rules of each: joint1.kar 2, joint2.kar 2"),
-        "{}",
-        told.out
-    );
+    assert!(told.out.contains("fuzzy springs: inputs q2; rules of each: joint1.kar 2, joint2.kar 2"), "{}", told.out);
 }
 
 /// Rules between local springs are found where the springs differ by configuration, and saved; where they do not, one rule

@@ -497,3 +497,56 @@ fn bearings_of_passive_joints_compete() {
         assert!(nearest.contains(of_leg), "{said}");
     }
 }
+
+/// An arm whose third joint is commanded against the horizontal: joint k turns back what joint 2 turns.
+const LEVEL: &str = "units: {length: mm, angle: deg}
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, r: 525}
+  2: {antecedent: 1, joint: revolute, variable: q2, alpha: -90, d: 150, theta: -90}
+  k: {antecedent: 2, joint: revolute, d: 790}
+  3: {antecedent: k, joint: revolute, variable: q3}
+  4: {antecedent: 3, joint: revolute, variable: q4, alpha: -90, d: 250, r: 835}
+couplings: [k = -1 * 2]
+tool: {frame: 4, at: [0, 50, 100]}
+effects: []
+";
+
+/// With rods an error of joint 2 turns joint k back as well, which is another angle of `q2`; where the controller couples them the link beyond
+/// turns with joint 2, which is another angle of `q3` in addition.
+#[test]
+fn errors_pass_on_by_mechanisms_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let error = 1e-5_f64;
+    let effect = format!(
+        "effects: [{{effect: transmission-error, site: 'joint:2', parameters: {{cos: {error}, sin: 0, order: 1}}}}]"
+    );
+    let tool = |text: &str, q2: f64, q3: f64| -> Vec<f64> {
+        std::fs::write(folder.path().join("arm.yaml"), text).expect("written");
+        let joints = format!("q1=10,q2={q2},q3={q3},q4=40");
+        let ran = run(folder.path(), &["pose", "arm.yaml", "--joints", &joints, "--format", "json"]);
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        let json: Value = serde_json::from_str(&ran.out).expect("JSON");
+        let row = |k: usize| json["tool"][k][3].as_f64().expect("a number");
+        (0..3).map(row).collect()
+    };
+    let by = (error * 20_f64.to_radians().cos()).to_degrees();
+    let controller = LEVEL.replace("* 2]", "* 2 (controller)]");
+    for (text, q3) in [(LEVEL, 30.0), (controller.as_str(), 30.0 + by)] {
+        let found = tool(&text.replace("effects: []", &effect), 20.0, 30.0);
+        let expected = tool(LEVEL, 20.0 + by, q3);
+        // The error counts to first order: its square is 1e-10 rad over 2 m.
+        let apart = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-9, "{apart} m");
+        let moved = found.iter().zip(&tool(LEVEL, 20.0, 30.0)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(moved > 5e-6, "{moved} m");
+    }
+    // A joint without a gear of its own has no error.
+    let at_k = controller.replace("effects: []", &effect.replace("joint:2", "joint:k"));
+    std::fs::write(folder.path().join("arm.yaml"), at_k).expect("written");
+    let ran = run(folder.path(), &["check", "arm.yaml"]);
+    assert!(ran.status != 0 && ran.err.contains("cannot sit at `joint:k`"), "{}", ran.err);
+    let wrong = LEVEL.replace("* 2]", "* 2 (robot)]");
+    std::fs::write(folder.path().join("arm.yaml"), wrong).expect("written");
+    let ran = run(folder.path(), &["check", "arm.yaml"]);
+    assert!(ran.status != 0 && ran.err.contains("(controller)"), "{}", ran.err);
+}

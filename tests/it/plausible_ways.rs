@@ -178,11 +178,12 @@ fn joint_columns_read_otherwise_are_named() {
             t.swap(a, b);
         }
     };
-    let mistakes: [Mistake; 6] = [
+    let mistakes: [Mistake; 7] = [
         (&reversed, "misread", &["the joint columns in reverse order", "numbered from the tool?"]),
         (&|t| added(t, "q3", "q2", 1.0), "misread", &["`q3` replaced by `q3` - `q2`", "report the sum"]),
         (&|t| added(t, "q3", "q2", -1.0), "misread", &["`q3` replaced by `q3` + `q2`", "report the difference"]),
         (&|t| t.scale(&joints, 1.0 / 0.9), "wrong-units", &["in gon, and declared in deg"]),
+        (&|t| t.scale(&joints, 1e3_f64.to_radians()), "wrong-units", &["in mrad, and declared in deg"]),
         (&|t| t.scale(&joints, 1.0 / 360.0), "wrong-units", &["in turns, and declared in deg"]),
         (
             &|t| {

@@ -73,8 +73,8 @@ pub struct Identify {
     #[arg(long)]
     pub robot: Option<String>,
     /// What to identify: `geometric`, `elastic`, or `geometric,elastic`; by default stiffness from deflections and
-    /// geometry from all other readings, with the springs where `calibrate:` of the campaign names an effect of theirs. Or `fuzzy`, a compliance by rules in place of springs and beams; `grey`, springs with a fuzzy
-    /// correction of what they leave; or `local`, springs that differ by configuration, blended by rules.
+    /// geometry from all other readings, with the springs where `calibrate:` of the campaign names an effect of theirs. Or `fuzzy`, a fuzzy compliance in place of springs and beams; `grey`, springs with a fuzzy
+    /// correction of what they leave; or `local`, springs that differ by configuration, blended by fuzzy rules.
     #[arg(long, value_delimiter = ',')]
     pub what: Vec<String>,
     /// Joints (by frame) or variables that rules may depend on; by default all variables that change, and for a tree the

@@ -75,7 +75,7 @@ pub struct Simulate {
     /// Narrower limits of variables, in the description's units: name=low:high.
     #[arg(long, value_delimiter = ',', value_name = "NAME=LOW:HIGH", allow_hyphen_values = true)]
     pub range: Vec<String>,
-    /// Box through which no link may pass, besides those that the description declares; may be given several times. Ends left out
+    /// Box through which no link may pass, in addition to those that the description declares; may be given several times. Ends left out
     /// are open. Base frame, in the description's units.
     #[arg(long, value_name = "X0:X1,Y0:Y1,Z0:Z1", allow_hyphen_values = true)]
     pub keep_out: Vec<String>,
@@ -168,7 +168,7 @@ pub struct Plan {
     /// Box in which the measured points stay, base frame, in the description's units; ends left out are open.
     #[arg(long, value_name = "X0:X1,Y0:Y1,Z0:Z1", allow_hyphen_values = true)]
     pub workspace: Option<String>,
-    /// Box through which no link may pass, besides those that the description declares; may be given several times. Ends left out
+    /// Box through which no link may pass, in addition to those that the description declares; may be given several times. Ends left out
     /// are open. Base frame, in the description's units.
     #[arg(long, value_name = "X0:X1,Y0:Y1,Z0:Z1", allow_hyphen_values = true)]
     pub keep_out: Vec<String>,
@@ -316,7 +316,7 @@ pub struct Place {
     /// Configuration from which the first point is sought, and whose orientation is kept where the path has none.
     #[arg(long, value_name = "A=..,B=..", allow_hyphen_values = true)]
     pub from: Option<String>,
-    /// Box through which no link may pass, besides those that the description declares; may be given several times. Ends left out
+    /// Box through which no link may pass, in addition to those that the description declares; may be given several times. Ends left out
     /// are open. Base frame, in the description's units.
     #[arg(long, value_name = "X0:X1,Y0:Y1,Z0:Z1", allow_hyphen_values = true)]
     pub keep_out: Vec<String>,

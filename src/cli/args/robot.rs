@@ -26,7 +26,7 @@ pub struct Convert {
     pub robot: String,
     /// File to write; its ending (.yaml or .urdf) says which format, and --as does for .xml and for tables (.csv or .xlsx).
     pub to: PathBuf,
-    /// The description that the controller works with: tables have its values and the differences beside.
+    /// The description that the controller works with: tables also have its values and the differences.
     #[arg(long, value_name = "ROBOT")]
     pub nominal: Option<String>,
     /// Write this format, whatever the ending.

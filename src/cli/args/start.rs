@@ -58,7 +58,7 @@ pub enum SchemaOf {
     Campaign,
     /// Process.
     Process,
-    /// Compliance by rules in a file of its own.
+    /// Fuzzy compliance in a file of its own.
     Rules,
 }
 

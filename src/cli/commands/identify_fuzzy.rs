@@ -1,4 +1,4 @@
-//! `identify --what fuzzy|grey|local`: a compliance by rules, a correction of springs by rules, or rules between springs.
+//! `identify --what fuzzy|grey|local`: a fuzzy compliance, a fuzzy correction of springs, or local springs blended by fuzzy rules.
 
 use std::path::Path;
 use std::time::Instant;

@@ -100,7 +100,7 @@ pub struct RawCampaign {
     pub orientation: Option<Orientation>,
     /// How the files are written.
     pub csv: RawCsv,
-    /// What a certificate says besides figures.
+    /// What a certificate says in addition to figures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certificate: Option<RawCertificate>,
 }

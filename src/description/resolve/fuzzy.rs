@@ -15,7 +15,7 @@ const DEEPEST: usize = 60;
 /// What is wrong, and perhaps what to do.
 type Wrong = (String, Option<&'static str>);
 
-/// The compliance of the tool by rules, and the springs by rules.
+/// The fuzzy compliance of the tool, and the fuzzy springs.
 pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> (Option<Fuzzy>, Option<SpringRules>) {
     let Some(given) = raw.fuzzy.as_ref() else { return (None, None) };
     if given.file.is_some() {

@@ -32,12 +32,12 @@ const STEPS: usize = 6;
 /// Relative reduction of the squares below which they end.
 const SETTLED: f64 = 1e-9;
 
-/// Springs by rules.
+/// Fuzzy springs.
 #[derive(Debug, Clone)]
 pub struct LocalFit {
     /// The springs, the same at all configurations.
     pub parametric: Calibration,
-    /// The model with springs by rules ([`Model::local_springs`]); with none where one rule for all does as well.
+    /// The model with fuzzy springs ([`Model::local_springs`]); with none where one rule for all does as well.
     pub model: Model,
     /// Weight of each rule, summed over the configurations.
     pub support: Vec<f64>,
@@ -116,7 +116,7 @@ impl Local<'_> {
         Ok((normal, range))
     }
 
-    /// The model with springs by rules, their conclusions settled by Gauss-Newton steps.
+    /// The model with fuzzy springs, their conclusions settled by Gauss-Newton steps.
     fn settled(&self, grown: &GrownTree) -> Result<Model, CalibrationError> {
         let with = |conclusions: &[Vec<f64>]| {
             let mut model = self.task.model.clone();

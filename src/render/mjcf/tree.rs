@@ -146,7 +146,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Where the first frame of a loop meets the second, in that: links of a planar loop may lie beside each other.
+    /// Where the first frame of a loop meets the second, in that: links of a planar loop may lie next to each other.
     fn second_point(&self, own: &Loop) -> Vector3<f64> {
         let [a, b] = own.frames.map(|frame| self.start.frames[frame]);
         let gap = (b.inverse() * a).translation.vector;

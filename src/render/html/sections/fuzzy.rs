@@ -1,4 +1,4 @@
-//! A compliance by rules, drawn against its inputs.
+//! A fuzzy compliance, drawn against its inputs.
 
 use kuva::plot::{LinePlot, ScatterPlot};
 use kuva::render::plots::Plot;
@@ -72,7 +72,7 @@ pub fn section(model: &Model, page: &Page) -> Option<Section> {
             springs => model.fuzzy.is_none(), left_out => all.len().saturating_sub(COMPONENTS),
         },
     );
-    Some(Section { id: "rules", title: "Compliance by rules".into(), html })
+    Some(Section { id: "rules", title: "Fuzzy compliance".into(), html })
 }
 
 /// Name, chart, and least and greatest value of rules. Of more than two inputs the two with most sets are

@@ -1,6 +1,6 @@
 //! How much the tool moves by an error of each parameter: mean and greatest over the campaign's configurations.
 //!
-//! Charts as figures C.21 to C.24 of the IR663 calibration paper; those of elastic parameters beside them.
+//! Charts as figures C.21 to C.24 of the IR663 calibration paper; with those of elastic parameters.
 
 use kuva::plot::BarPlot;
 use kuva::render::plots::Plot;
