@@ -106,7 +106,9 @@ fn far_off(model: &Model, found: &Calibration, settings: &Settings) -> Vec<(Slot
         let is_spring = parameter.group == Group::Elastic && is_declared && own.ci95.is_some() && !is_end;
         let apart = (own.value / own.nominal).ln().abs() / SPREAD.ln();
         let unlikely = if own.at_bound { CERTAIN } else { apart.powi(2).min(USUAL) };
-        let is_far = own.at_bound || settings.hold_far_springs && apart > 1.0;
+        // An interval that holds twice what is declared, and nothing of it, says no more than the description.
+        let is_unknown = own.ci95.is_some_and(|half| half > own.nominal.max(own.value));
+        let is_far = own.at_bound || settings.hold_far_springs && (apart > 1.0 || is_unknown);
         (is_spring && is_far).then_some((own.slot, unlikely))
     };
     found.estimates.iter().filter_map(of).collect()

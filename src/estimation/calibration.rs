@@ -101,11 +101,15 @@ fn covariance(fitted: &Campaign, problem: &CampaignProblem, found: &Fit, loss: L
     };
     let of = |residual: &DVector<f64>, jacobian: &DMatrix<f64>, weights: &DVector<f64>, losses: &[Loss]| {
         let plain = Covariance::new(residual, jacobian, weights, problem.priors());
-        let covariance = if losses.is_empty() { plain } else { plain.robust(residual, jacobian, losses) };
-        match Sharing::of(&once) {
-            Some(sharing) => covariance.sharing(residual, jacobian, weights, &sharing),
-            None => covariance,
+        let shared = |of: Covariance| match Sharing::of(&once) {
+            Some(sharing) => of.sharing(residual, jacobian, weights, &sharing),
+            None => of,
+        };
+        if losses.is_empty() {
+            return shared(plain);
         }
+        let together = shared(plain.clone());
+        plain.clone().robust(residual, jacobian, losses).as_wide(&plain, together)
     };
     if once.readings.len() == fitted.readings.len() {
         return of(&found.residual, &found.jacobian, &found.weights, &losses);

@@ -36,7 +36,8 @@
 //! A variance that is made of mean squares between and within configurations has, by Satterthwaite (*Biometrics Bulletin* 2,
 //! 1946), `2 C^2 / var(C)` degrees of freedom: where repeats count, nearly those between configurations. Parts that come out
 //! at zero, or whose test has a chance above one in four, leave the plain formula; below it they are used, significant or not,
-//! so that intervals hold also where the test has little power. Exact copies of readings are left out.
+//! so that intervals hold also where the test has little power. Exact copies of readings are left out. With a robust loss the covariance of
+//! the M-estimator is widened by the ratio of these two, of squares with the robust weights.
 //!
 //! # Intervals
 //! Intervals are two-sided, 95 %, of Student's t with these degrees of freedom: `C_kk^(1/2) t`. They hold for one
@@ -158,6 +159,18 @@ impl Covariance {
         };
         let degrees_of_freedom = (0..jacobian.ncols()).map(degrees).collect();
         Self { matrix: own_part * own + shared_part, degrees_of_freedom, shared: Some(error), ..self }
+    }
+
+    /// A robust fit's, as much wider for each parameter as `shared`, where readings go together, is than `plain`, where they do not: both of
+    /// squares with the robust weights.
+    #[must_use]
+    pub fn as_wide(self, plain: &Self, shared: Self) -> Self {
+        let ratios = shared
+            .matrix
+            .diagonal()
+            .zip_map(&plain.matrix.diagonal(), |shared, plain| if plain > 0.0 { (shared / plain).sqrt() } else { 1.0 });
+        let matrix = self.matrix.component_mul(&(&ratios * ratios.transpose()));
+        Self { matrix, degrees_of_freedom: shared.degrees_of_freedom, shared: shared.shared, ..self }
     }
 
     /// Half width of the 95 % interval of each parameter (n), in its unit.

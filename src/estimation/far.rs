@@ -2,17 +2,17 @@
 //!
 //! What readings can tell apart is judged where a fit begins. A linkage whose description is a parallelogram hides constants that it
 //! tells apart once a zero has moved by a few degrees; merged into others, they are then missed in the residuals. Where a constant has
-//! moved that far, or a robot with closed loops leaves more than the stated noise, the calibration is begun and reduced once more where the first one ended.
+//! moved that far, or more than the stated noise is left, the calibration is begun and reduced once more where the first one ended.
 
 use super::calibration::{calibrate_as_asked, calibrate_from};
 use super::problem::row_sigmas;
+use super::registration::placed_anew;
 use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::Scheme;
 use super::task::Request;
 use crate::description::campaign::Campaign;
 use crate::least_squares::{Loss, Progress};
 use crate::math::quantiles::f_tail;
-use crate::model::Stage;
 use crate::parameter::Group;
 
 /// Change of a constant over its tolerance from which the reduction is looked at again: tolerances say how far its columns are expected
@@ -29,6 +29,21 @@ const MISSED: f64 = 0.05;
 /// Degrees of freedom of a noise that is stated.
 const KNOWN: f64 = 1e9;
 
+/// A calibration, or one that begins from where contacts and anchors are by what it found, if that leaves less.
+fn with_targets_placed(
+    request: Request,
+    found: Calibration,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Calibration, CalibrationError> {
+    let Request { model, campaign, held_out, .. } = request;
+    let fitted = campaign.select(|index, _| held_out.get(index) != Some(&true));
+    let Some(anew) = placed_anew(model, &fitted, &found.values)? else { return Ok(found) };
+    let is_better = |other: &Calibration| {
+        other.converged() && (!found.converged() || squares(campaign, other) < squares(campaign, &found))
+    };
+    Ok(calibrate_from(Some(&anew), request, progress).ok().filter(is_better).unwrap_or(found))
+}
+
 /// Calibrates as asked, and once more from there where constants moved far, if that leaves certainly less.
 ///
 /// # Errors
@@ -38,13 +53,13 @@ pub(super) fn calibrate_far(
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Calibration, CalibrationError> {
     let Request { model, campaign, settings, .. } = request;
-    let found = calibrate_as_asked(request, progress)?;
+    let found = with_targets_placed(request, calibrate_as_asked(request, progress)?, progress)?;
     let is_plain = settings.loss == Loss::Squares && settings.scheme == Scheme::Batch && !settings.prior;
     let is_far = |own: &Estimate| {
         let parameter = &model.registry[own.slot];
         parameter.group == Group::Geometry && (own.value - own.nominal).abs() > FAR * parameter.tolerance
     };
-    let looks_again = found.estimates.iter().any(is_far) || is_closed_and_missed(request, &found);
+    let looks_again = found.estimates.iter().any(is_far) || is_missed(request, &found);
     if !is_plain || !found.converged() || !looks_again {
         return Ok(found);
     }
@@ -63,14 +78,11 @@ pub(super) fn calibrate_far(
     })
 }
 
-/// Whether a robot with closed loops leaves certainly more than the stated noise: a parallelogram need not be far from its description
-/// to show, by its lengths, what the described one hides.
-fn is_closed_and_missed(request: Request, found: &Calibration) -> bool {
+/// Whether certainly more than the stated noise is left: a robot need not be far from its description to show, by its lengths, what the
+/// described one hides, and a weak zero that is merged into lengths is missed to second order.
+fn is_missed(request: Request, found: &Calibration) -> bool {
     let squares = found.noise_ratio.powi(2);
-    let is_missed = || f_tail(squares, found.degrees_of_freedom, KNOWN) < MISSED;
-    request.model.stages.iter().any(|stage| matches!(stage, Stage::Loops(_)))
-        && request.campaign.sigma.is_some()
-        && is_missed()
+    request.campaign.sigma.is_some() && f_tail(squares, found.degrees_of_freedom, KNOWN) < MISSED
 }
 
 /// Weighted squares of the residuals of the readings that were fitted.

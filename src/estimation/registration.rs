@@ -100,9 +100,27 @@ pub fn rough(
         placed(&group, &mut values, settings);
         known.extend(group.points);
     }
-    start_targets(model, campaign, &mut values)?;
+    start_targets(model, campaign, false, &mut values)?;
     start_distances(model, campaign, &mut values);
     Ok(values)
+}
+
+/// `values` with what readings refer to placed anew from where their points are with them, whatever the campaign says it is near to; `None`
+/// where that moves nothing by more than its common error. A start from an uncalibrated robot may lie in another minimum: a small sphere in
+/// that of a plane.
+///
+/// # Errors
+/// A configuration that cannot be assembled.
+pub(super) fn placed_anew(
+    model: &Model,
+    campaign: &Campaign,
+    values: &[f64],
+) -> Result<Option<Vec<f64>>, PredictionError> {
+    let mut anew = values.to_vec();
+    start_targets(model, campaign, true, &mut anew)?;
+    let is_far = |slot: usize| (anew[slot] - values[slot]).abs() > model.registry[slot].tolerance;
+    let is_finite = anew.iter().zip(values).all(|(new, old)| new.is_finite() || !old.is_finite());
+    Ok((is_finite && (0..anew.len()).any(is_far)).then_some(anew))
 }
 
 /// Starts for unknown distances: the mean of those between the targets that share one.
@@ -235,9 +253,10 @@ fn at_each<T>(
     Ok(all)
 }
 
-/// Starts for what readings refer to: from where their points are, and what they read.
-fn start_targets(model: &Model, campaign: &Campaign, values: &mut [f64]) -> Result<(), PredictionError> {
-    let is_sought = |(_, target): &(usize, &Target)| target.is_to_be_sought();
+/// Starts for what readings refer to: from where their points are, and what they read; with `anew` of what the campaign says where it is
+/// about too.
+fn start_targets(model: &Model, campaign: &Campaign, anew: bool, values: &mut [f64]) -> Result<(), PredictionError> {
+    let is_sought = |(_, target): &(usize, &Target)| target.is_estimated();
     let sought: Vec<(usize, &Target)> = campaign.targets.iter().enumerate().filter(is_sought).collect();
     if sought.is_empty() {
         return Ok(());
@@ -259,7 +278,12 @@ fn start_targets(model: &Model, campaign: &Campaign, values: &mut [f64]) -> Resu
         let own = campaign.readings.iter().zip(&points).filter(|(reading, _)| is_own(reading));
         let read: Vec<MeasuredPoint> = own.clone().map(|(_, point)| *point).collect();
         let Some((reading, _)) = own.clone().next() else { continue };
-        let Some(mut found) = reading.observes.target_start(&read) else { continue };
+        let near = target_values(model, campaign, index, values);
+        let found = match anew || target.is_to_be_sought() {
+            true => reading.observes.target_start(&read),
+            false => reading.observes.target_start_near(&near, &read),
+        };
+        let Some(mut found) = found else { continue };
         // A face that is parallel to an earlier one has its normal.
         if let Some(normal) = earlier_normal(model, campaign, index, values) {
             found[..3].copy_from_slice(normal.as_slice());

@@ -210,6 +210,20 @@ impl Observation for Surface {
         Some(start)
     }
 
+    fn target_start_near(&self, near: &TargetValues, read: &[MeasuredPoint]) -> Option<TargetValues> {
+        let centre = Vector3::from_column_slice(&near[..3]);
+        let distances = read.iter().map(|point| (point.position() - centre).norm());
+        let radius = distances.sum::<f64>() / read.len() as f64;
+        let mut start = *near;
+        start[3] = radius;
+        matches!(self, Self::Sphere).then_some(start)
+    }
+
+    fn touched_from(&self, target: &TargetValues, direction: &Vector3<f64>) -> Option<Vector3<f64>> {
+        let centre = Vector3::from_column_slice(&target[..3]);
+        matches!(self, Self::Sphere).then(|| centre + target[3] * direction)
+    }
+
     fn by_target(&self, point: &MeasuredPoint, k: usize) -> Rows {
         row(match self {
             _ if k == 3 => -1.0,

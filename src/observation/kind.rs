@@ -328,6 +328,17 @@ pub trait Observation: Sync {
         None
     }
 
+    /// The same where it is declared about where the target is, `near`: of values that this does not say.
+    fn target_start_near(&self, _near: &TargetValues, _read: &[MeasuredPoint]) -> Option<TargetValues> {
+        None
+    }
+
+    /// Where the point is when it comes from a direction (unit, measurement frame) onto a target with these values; none of targets that
+    /// one place or direction touches.
+    fn touched_from(&self, _target: &TargetValues, _direction: &Vector3<f64>) -> Option<Vector3<f64>> {
+        None
+    }
+
     /// What is declared for it in addition to the joints and lengths of the robot: what to look at where nothing explains the readings.
     fn depends_on(&self) -> &'static str {
         "where the markers are"

@@ -2,8 +2,8 @@
 
 use super::evidence::{Evidence, Limits};
 use super::{
-    amount, approach, beyond, common_factor, deflections, instrument, midway, numerics, other_joints, outlying,
-    parameters, payload, placement, points, readings, sessions, springs, stated_noise, torques,
+    amount, approach, beyond, common_factor, constraints, deflections, instrument, midway, numerics, other_joints,
+    outlying, parameters, payload, placement, points, readings, sessions, springs, stated_noise, torques,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
@@ -100,6 +100,12 @@ pub const CHECKS: &[Check] = &[
         of_result: true,
         about: "the fit ended at a minimum: elsewhere values are only where it stopped",
         find: numerics::converged,
+    },
+    Check {
+        codes: &[Code::Misread],
+        of_result: true,
+        about: "contacts agree with the distances and angles that are known between what they touch",
+        find: constraints::fit_the_contacts,
     },
     Check {
         codes: &[Code::NotComputed],

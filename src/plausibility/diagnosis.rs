@@ -1,6 +1,6 @@
 //! What is to be said of a diagnosis before its answer.
 
-use super::amount::too_little;
+use super::amount::{few_held_out, too_little};
 use super::checks::judge_result;
 use super::common_factor;
 use super::evidence::{Evidence, Limits};
@@ -29,8 +29,12 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     });
     // A diagnosis calibrates without angles and torques read alone, and without outliers.
     let fitted = campaign.select(|_, of| of.observes.length_rows() > 0 && !found.outliers.contains(&of.row));
-    let calibration = found.calibration.as_ref().filter(|of| of.held_out.len() == fitted.readings.len());
-    let calibration = calibration.map(|of| judge_result(&Evidence::with(model, &fitted, of), limits));
+    let calibration =
+        calibration_of(found, &fitted).map(|of| judge_result(&Evidence::with(model, &fitted, of), limits));
+    let held_out = calibration_of(found, &fitted).map(|of| {
+        let is_held_out = |index: usize| of.held_out.get(index).copied().unwrap_or(false);
+        fitted.select(|index, _| is_held_out(index)).amount()
+    });
     // What is too little is judged by the verdict's own limits.
     // What calibration leaves above the noise is the gap itself, of which the answer speaks.
     let is_gap = |diagnostic: &Diagnostic| {
@@ -60,6 +64,7 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
         })
     });
     all.extend(little);
+    all.extend(held_out.and_then(|amount| few_held_out(&amount)));
     all.extend(springs_held(model, campaign, found, limits));
     if !all.iter().any(|diagnostic| diagnostic.code == Code::WrongUnits) {
         all.extend(common_factor::of_causes(model, campaign, found, limits));
@@ -78,6 +83,11 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
         }
     }
     all
+}
+
+/// The calibration that a diagnosis starts from, where it is of these readings.
+fn calibration_of<'f>(found: &'f Diagnosis, fitted: &Campaign) -> Option<&'f Calibration> {
+    found.calibration.as_ref().filter(|of| of.held_out.len() == fitted.readings.len())
 }
 
 /// Whether a gap is so great that the stated noise is doubted, where nothing was calibrated that shows it, or what causes leave so

@@ -12,6 +12,7 @@ mod changes;
 mod checks;
 mod common_factor;
 mod compensator;
+mod constraints;
 mod deflections;
 mod diagnosis;
 mod evidence;

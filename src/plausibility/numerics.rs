@@ -47,7 +47,8 @@ pub(super) fn within_reach(evidence: &Evidence, limits: &Limits) -> Vec<Diagnost
     let registry = &evidence.model.registry;
     let is_far = |slot: usize, value: f64| {
         let parameter = &registry[slot];
-        let placed = matches!(parameter.group, Group::Base | Group::Tool) && parameter.kind == Kind::Length;
+        let is_place = matches!(parameter.group, Group::Base | Group::Tool | Group::Arrangement);
+        let placed = is_place && parameter.kind == Kind::Length;
         placed && value.abs() > limits.farthest.max(10.0 * parameter.nominal.abs())
     };
     let Some(found) = evidence.found else { return Vec::new() };
@@ -56,9 +57,12 @@ pub(super) fn within_reach(evidence: &Evidence, limits: &Limits) -> Vec<Diagnost
         let (name, metres) = (&registry[estimate.slot].name, estimate.value);
         Diagnostic::error(format!("`{name}` came out at {metres:.0} m, where no instrument reaches"))
             .figure("value_m", metres)
-            .remedy(
-                "check units and anchors, or state where base and tool are (`estimate: {base: false, tool: false}`)",
-            )
+            .remedy(match registry[estimate.slot].group {
+                Group::Arrangement => {
+                    "touch or read it from more sides, give its `radius`, or say where it is (`at`): what is read of it is as of a plane"
+                }
+                _ => "check units and anchors, or state where base and tool are (`estimate: {base: false, tool: false}`)",
+            })
     });
     diagnostic.into_iter().collect()
 }

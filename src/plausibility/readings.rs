@@ -303,7 +303,8 @@ fn unlike(
     let diagnostic = Diagnostic { severity, ..Diagnostic::warning(message) };
     let declared = distinct(evidence.campaign.readings.iter().map(|reading| reading.observes.depends_on()));
     let remedy = format!(
-        "compare description and controller: lengths, zeros and senses of the joints; {}; look at some configurations by hand (`residuals`)",
+        "compare description and controller: lengths, zeros and senses of the joints; {}; look at some configurations by hand (`residuals`); where many readings \
+         are wrong, fit with `--loss tukey`",
         declared.join("; ")
     );
     Some(

@@ -42,7 +42,8 @@ fn normal(random: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(random)
 }
 
-fn direction(random: &mut ChaCha8Rng) -> Vector3<f64> {
+/// A unit vector, all directions alike.
+pub fn direction(random: &mut ChaCha8Rng) -> Vector3<f64> {
     let drawn = Vector3::from_fn(|_, _| normal(random));
     UnitVector3::try_new(drawn, f64::MIN_POSITIVE).map_or_else(Vector3::z, UnitVector3::into_inner)
 }

@@ -3,7 +3,7 @@
 mod arranging;
 mod campaigns;
 
-pub use arranging::{lay_out, set_up};
+pub use arranging::{direction, lay_out, set_up};
 pub use campaigns::{
     Loaded, Plan, all_points, carry_out, conditions, draw_configurations, draw_configurations_in, draw_errors,
     draw_in_box, generator, joint_box, measure, measure_with, simulate, unmeasured, usually_calibrated, within_limits,

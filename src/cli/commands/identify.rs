@@ -22,6 +22,7 @@ use crate::files::{LoadedCampaign, writable_table};
 use crate::least_squares::Loss;
 use crate::math::distinct;
 use crate::model::{Model, of_sessions, with_values};
+use crate::parameter::{Group, Slot};
 use crate::plausibility::{Evidence, Limits, forced, judge, why_not_computed};
 use crate::render::identification as render;
 use crate::render::tables;
@@ -221,6 +222,7 @@ pub(super) fn calibrated(
     output.diagnostics.extend(loaded.outside());
     output.diagnostics.extend(result.since.as_ref().and_then(certain));
     output.diagnostics.extend(not_declared(model, campaign, &found));
+    output.diagnostics.extend(not_asked(model, campaign, &found).filter(|_| settings.what.is_none()));
     let mut output = output.judged(judged, session.arguments.force)?;
     write_tables(&mut output, &result, asked)?;
     if let Some(path) = asked.save {
@@ -335,6 +337,22 @@ fn not_declared(model: &Model, campaign: &Campaign, found: &Calibration) -> Opti
         );
         Diagnostic::warning(text)
             .remedy("write the springs with `identifiable: true` into the description; `diagnose` fits it without")
+    })
+}
+
+/// A warning of constants that are fitted although `calibrate:` does not name them.
+fn not_asked(model: &Model, campaign: &Campaign, found: &Calibration) -> Option<Diagnostic> {
+    let is_constant = |slot: &&Slot| model.registry[**slot].group == Group::Geometry;
+    let kept = found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column));
+    let count = kept.filter(is_constant).count();
+    let is_named = campaign.calibrate.is_empty() || campaign.calibrate.iter().any(|name| name == "geometry");
+    (count > 0 && !is_named).then(|| {
+        let names: Vec<String> = campaign.calibrate.iter().map(|name| format!("`{name}`")).collect();
+        let text = format!(
+            "`calibrate:` names {} alone, and {count} constants of the geometry are fitted here: `diagnose` heeds it",
+            names.join(", ")
+        );
+        Diagnostic::warning(text).remedy("say what is to be fitted (`--what`, `--hold`), or add `geometry` to it")
     })
 }
 

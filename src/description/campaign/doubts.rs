@@ -15,7 +15,7 @@ use crate::description::robot::{Robot, Variable};
 use crate::description::table::Table;
 use crate::description::units::Units;
 use crate::diagnostic::{Code, Diagnostic, Place};
-use crate::math::median;
+use crate::math::{distinct, median};
 
 /// Variables beyond their limits, a name for two configurations, deflections that nothing causes (an error).
 pub fn doubts(
@@ -45,6 +45,7 @@ pub fn doubts(
     ];
     diagnostics.extend(suspect.into_iter().flatten().map(|doubt| doubt.code(Code::SuspectReadings)));
     diagnostics.extend(one_side(campaign, robot, &place));
+    diagnostics.extend(without_predecessor(campaign));
     diagnostics
         .extend(campaign.payloads.iter().filter_map(|(name, payload)| heavy_or_far(name, payload, robot, locate)));
     diagnostics.extend(weightless(campaign, robot, locate));
@@ -91,6 +92,30 @@ fn weightless(campaign: &Campaign, robot: &Robot, locate: Locate) -> Option<Diag
         Diagnostic::warning("payloads have no weight: gravity of the description is zero")
             .at(locate(&["payloads"]))
             .remedy("state `gravity` in the description, in base axes: [0, 0, -9.81] m/s2 of a robot on the floor")
+    })
+}
+
+/// Readings of which the order is stated and not what was reached before them, beyond the first configurations of sessions.
+fn without_predecessor(campaign: &Campaign) -> Option<Diagnostic> {
+    let conditions = &campaign.conditions;
+    let moves = conditions.last_move.first().filter(|_| conditions.is_order_stated())?;
+    let unknown: HashSet<usize> = moves
+        .iter()
+        .zip(&campaign.readings)
+        .filter(|(moved, _)| !moved.is_finite())
+        .map(|(_, reading)| reading.pose)
+        .collect();
+    let all: HashSet<usize> = campaign.readings.iter().map(|reading| reading.pose).collect();
+    let firsts = distinct(campaign.readings.iter().map(|reading| reading.session)).len();
+    (unknown.len() > firsts && unknown.len() < all.len()).then(|| {
+        let text = format!(
+            "{} of {} configurations have no known predecessor: laws of the last move say nothing of them, and errors of their readings stay",
+            unknown.len(),
+            all.len()
+        );
+        let remedy = "give every configuration that was reached a number in the order, those without a reading too; or leave these readings out \
+                      where such laws are judged";
+        Diagnostic::warning(text).code(Code::Doubtful).remedy(remedy)
     })
 }
 

@@ -1,5 +1,6 @@
 //! `simulate CAMPAIGN`: the readings that a campaign file asks for, with known truth.
 
+use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -20,10 +21,11 @@ use crate::files::Design;
 use crate::kinematics::{Geometry, Placements};
 use crate::math::distinct;
 use crate::model::Model;
-use crate::observation::{Kinds, Noise};
+use crate::observation::{Kinds, Noise, SOCKET};
 use crate::prediction::{Toucher, fill_holding_loads, target_values};
 use crate::simulation::{
-    conditions, draw_configurations_in, draw_errors, generator, joint_box, lay_out, measure_with, set_up, within_limits,
+    conditions, direction, draw_configurations_in, draw_errors, generator, joint_box, lay_out, measure_with, set_up,
+    within_limits,
 };
 
 /// Configurations tried for a reading of a contact before it is given up.
@@ -280,6 +282,10 @@ fn bring_to_contacts(
     }
     let before = campaign.clone();
     let toucher = Toucher::new(model, values, &before)?;
+    // Spheres are touched from all sides that are open, as points on them are.
+    let mut pointed = before.clone();
+    pointed.readings.iter_mut().filter(|reading| reading.observes.touches()).for_each(|own| own.observes = SOCKET);
+    let pointer = Toucher::new(model, values, &pointed)?;
     let geometry = Geometry::new(model, values)?;
     let within = joint_box(model, command.share);
     let mut placements = Placements::default();
@@ -298,6 +304,14 @@ fn bring_to_contacts(
         let mut start = before.configuration(index).to_vec();
         let mut found = None;
         for _ in 0..TRIALS {
+            if reading.observes.touched_from(&target, &Vector3::z()).is_some() {
+                let from = direction(random);
+                let from = Vector3::new(from.x, from.y, from.z.abs());
+                let Some(point) = reading.observes.touched_from(&target, &from) else { continue };
+                let mut there = target;
+                there[..3].copy_from_slice(point.as_slice());
+                start = pointer.touching(index, &there, &start, &[0.0; 6]).unwrap_or(start);
+            }
             found = toucher.touching(index, &target, &start, &off).filter(|q| {
                 geometry.place(q, &mut placements).is_ok()
                     && within_limits(&geometry, q, &placements)

@@ -1,0 +1,64 @@
+//! Known distances and angles between what a ball touches, against the contacts themselves.
+//!
+//! A datum whose angle or distance is declared wrong holds its faces where they are not, and nothing else in the campaign can give. Where all
+//! that is declared is left free and most of the error goes, each is left free alone, and the one that takes it along is named.
+
+use super::evidence::{Evidence, Limits};
+use super::shown::mm;
+use crate::description::campaign::{Between, Campaign, Constraint};
+use crate::diagnostic::{Code, Diagnostic};
+use crate::estimation::{Calibration, Settings, calibrate};
+use crate::prediction::target_values;
+
+/// Noise over the stated one up to which nothing is left that a wrong constraint could explain. A judgement, which only saves a fit.
+const OF_NOISE: f64 = 1.2;
+
+pub(super) fn fit_the_contacts(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let (model, campaign) = (evidence.model, evidence.campaign);
+    let is_known = |constraint: &Constraint| constraint.length.is_none();
+    let known: Vec<usize> = (0..campaign.constraints.len()).filter(|&k| is_known(&campaign.constraints[k])).collect();
+    let is_noise = |found: &Calibration| campaign.sigma.is_some() && found.noise_ratio < OF_NOISE;
+    let found = evidence.found.filter(|found| found.converged() && !is_noise(found));
+    let Some(found) = found.filter(|_| !known.is_empty()) else { return Vec::new() };
+    let before = found.after.fit.distance[1];
+    let kept = found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column).copied());
+    let settings = Settings { only: Some(kept.collect()), second_order: false, ..Settings::default() };
+    // What is left without some of the constraints, and the values with which it is.
+    let without = |free: &[usize]| {
+        let mut own: Campaign = campaign.clone();
+        let mut index = 0..;
+        own.constraints.retain(|_| index.next().is_none_or(|k| !free.contains(&k)));
+        let again = calibrate(model, &own, &found.held_out, &settings, &mut |_| {}).ok()?;
+        let left = again.after.fit.distance[1];
+        (again.converged() && before > limits.fall * left).then_some((left, again.values))
+    };
+    let Some(all) = without(&known) else { return Vec::new() };
+    let alone = known.iter().filter_map(|&k| Some((vec![k], without(&[k])?)));
+    let (free, (left, values)) = alone.min_by(|a, b| a.1.0.total_cmp(&b.1.0)).unwrap_or((known, all));
+    let of = |&k: &usize| {
+        let constraint = &campaign.constraints[k];
+        let [a, b] = constraint.targets.map(|target| target_values(model, campaign, target, &values));
+        let names = constraint.targets.map(|target| campaign.targets[target].name.as_str()).join("-");
+        let shown = match constraint.of([&a, &b], constraint.value).0 {
+            angle if constraint.between == Between::Normals => format!("{:.2} deg", angle.to_degrees()),
+            distance => format!("{} mm", mm(distance)),
+        };
+        let declared = match constraint.between {
+            Between::Normals => format!("{:.2} deg", constraint.value.to_degrees()),
+            _ => format!("{} mm", mm(constraint.value)),
+        };
+        format!("`{names}` comes out at {shown} where {declared} is declared")
+    };
+    let message = format!(
+        "with known distances or angles left free the error of calibration falls from {} to {} mm: {}",
+        mm(before),
+        mm(left),
+        free.iter().map(of).collect::<Vec<_>>().join(", ")
+    );
+    let diagnostic = Diagnostic::error(message).code(Code::Misread);
+    vec![
+        diagnostic
+            .remedy("look at `distances:` and `angles:` of the campaign, and at their units; or leave one out that is not known")
+            .figure("left_mm", 1e3 * left),
+    ]
+}
