@@ -128,7 +128,11 @@ fn without_causes(
     has_outliers: bool,
 ) -> Verdict {
     let settings = &inputs.settings.verdict;
-    let is_thin = settings.is_thin(evidence) || competition.problem.hypotheses.is_empty();
+    let is_held_out = |index: usize| competition.held_out.get(index).copied().unwrap_or(false);
+    let held_out = competition.campaign.select(|index, _| is_held_out(index)).amount().configurations;
+    let is_thin = settings.is_thin(evidence)
+        || competition.problem.hypotheses.is_empty()
+        || (1..settings.fewest_held_out).contains(&held_out);
     let is_drowned = gap.rms < settings.least_noise * gap.noise;
     match has_outliers {
         true => Verdict::Explained,

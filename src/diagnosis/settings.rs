@@ -309,6 +309,9 @@ pub struct VerdictSettings {
     /// Residuals of different readings for each re-fitted parameter below which it is not either: they would leave 1/1.7 of
     /// the noise whatever is wrong, sqrt(1 - 1 / 1.5).
     pub rows_per_parameter: f64,
+    /// Configurations held out, where any are, below which their error is that of chance: a root mean square of two positions is known to
+    /// 1/sqrt(12) = 29 %. A judgement.
+    pub fewest_held_out: usize,
     /// Residuals below this share of the stated noise say that it is stated too great for any gap to show: as
     /// [`crate::plausibility::Limits::noise`] has it.
     pub least_noise: f64,
@@ -337,6 +340,7 @@ impl Default for VerdictSettings {
             least_noise: 0.2,
             fewest_configurations: 8,
             rows_per_parameter: 1.5,
+            fewest_held_out: 3,
         }
     }
 }

@@ -80,7 +80,7 @@ pub(super) fn calibrate_far(
 
 /// Whether certainly more than the stated noise is left: a robot need not be far from its description to show, by its lengths, what the
 /// described one hides, and a weak zero that is merged into lengths is missed to second order.
-fn is_missed(request: Request, found: &Calibration) -> bool {
+pub(super) fn is_missed(request: Request, found: &Calibration) -> bool {
     let squares = found.noise_ratio.powi(2);
     request.campaign.sigma.is_some() && f_tail(squares, found.degrees_of_freedom, KNOWN) < MISSED
 }

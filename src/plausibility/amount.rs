@@ -3,6 +3,7 @@
 use super::evidence::{Evidence, Limits};
 use crate::description::campaign::{Amount, Sharing};
 use crate::description::robot::Variable;
+use crate::diagnosis::VerdictSettings;
 use crate::diagnostic::{Code, Diagnostic, nearest};
 
 /// A warning of too few configurations, or too few readings for so many fitted parameters.
@@ -34,16 +35,12 @@ pub(super) fn too_little(amount: &Amount, fitted: usize, limits: &Limits) -> Opt
     Some(diagnostic)
 }
 
-/// Configurations held out below which their error is that of chance: a root mean square of two positions is known to 1/sqrt(12) = 29 %.
-/// A judgement.
-const FEWEST_HELD_OUT: usize = 3;
-
 /// A warning of an error that hardly any configuration tells.
 pub(super) fn few_held_out(held_out: &Amount) -> Option<Diagnostic> {
     let configurations = held_out.configurations;
     let from =
         if configurations == 1 { "one configuration".into() } else { format!("{configurations} configurations") };
-    (configurations > 0 && configurations < FEWEST_HELD_OUT).then(|| {
+    (configurations > 0 && configurations < VerdictSettings::default().fewest_held_out).then(|| {
         Diagnostic::warning(format!("the errors of readings that the fit did not see come from {from} alone"))
             .code(Code::Doubtful)
             .remedy("hold out more of them (the column `set`), or let the program choose: `--train` with a number")

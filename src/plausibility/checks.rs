@@ -138,7 +138,7 @@ pub const CHECKS: &[Check] = &[
         find: numerics::dependent,
     },
     Check {
-        codes: &[Code::Misread],
+        codes: &[Code::Misread, Code::MovedFar],
         of_result: true,
         about: "with the last joint negated, or base or tool estimated as well, calibration leaves what it does without: the joints count, and base and tool are, as the description says",
         find: placement::as_placed,

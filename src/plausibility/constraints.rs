@@ -21,8 +21,7 @@ pub(super) fn fit_the_contacts(evidence: &Evidence, limits: &Limits) -> Vec<Diag
     let found = evidence.found.filter(|found| found.converged() && !is_noise(found));
     let Some(found) = found.filter(|_| !known.is_empty()) else { return Vec::new() };
     let before = found.after.fit.distance[1];
-    let kept = found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column).copied());
-    let settings = Settings { only: Some(kept.collect()), second_order: false, ..Settings::default() };
+    let settings = Settings { only: Some(found.slots.clone()), second_order: false, ..Settings::default() };
     // What is left without some of the constraints, and the values with which it is.
     let without = |free: &[usize]| {
         let mut own: Campaign = campaign.clone();

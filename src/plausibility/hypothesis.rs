@@ -1,7 +1,7 @@
 //! Other ways to read the same files: the mistakes that are made on the way from the controller and the instrument into a
 //! table. Each is a change of the campaign, or of the description's values, that undoes the mistake.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::Vector3;
 
@@ -11,6 +11,7 @@ use super::reordered::{Reordered, TURNS};
 use super::sensors::{SensorAngles, is_mounted, read_directions, reverse};
 use super::turned::{Angles, Turned};
 use crate::description::campaign::{Campaign, Reading};
+use crate::description::robot::Variable;
 use crate::math::distinct;
 use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
@@ -182,7 +183,11 @@ impl Hypothesis {
         all.extend(pairs(joints.len()).flat_map(|(a, b)| swapped(model, a, b)));
         all.extend(angles().flat_map(|k| [1, 2, 3].map(|quarters| Self::QuarterTurns(k, quarters))));
         if angles().count() > 0 {
-            all.extend(Angles::MISTAKEN.map(|(meant, read)| Self::JointAngles(meant, read)));
+            // Of angles within a turn they would be those of an arm that hardly moves.
+            let is_beyond_turn =
+                |(meant, _): &(Angles, Angles)| *meant != Angles::Milliradians || turns_over(model, campaign);
+            let mistaken = Angles::MISTAKEN.into_iter().filter(is_beyond_turn);
+            all.extend(mistaken.map(|(meant, read)| Self::JointAngles(meant, read)));
         }
         if angles().count() > 1 {
             let of = |k: usize| Angles::EXCHANGED.map(|(meant, read)| Self::AngleOf(k, meant, read));
@@ -376,6 +381,13 @@ fn is_table(model: &Model) -> bool {
     rows.sort_unstable();
     rows.dedup();
     rows.len() == chain.len() && model.stages.is_empty() && model.actuators.is_empty()
+}
+
+/// Whether some joint turns by more than a whole turn from zero.
+fn turns_over(model: &Model, campaign: &Campaign) -> bool {
+    let is_over = |(value, variable): (&f64, &Variable)| variable.is_angle && value.abs() > TAU;
+    let is_any = |index: usize| campaign.configuration(index).iter().zip(&model.variables).any(is_over);
+    (0..campaign.readings.len()).any(is_any)
 }
 
 /// The columns of two joints exchanged; of a length and an angle in each pair of units.
