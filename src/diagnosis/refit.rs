@@ -3,8 +3,8 @@
 use super::competition::Competition;
 use super::inputs::Inputs;
 use super::linear_fit::{FittedParameter, LinearFit, entry};
-use crate::estimation::{Calibration, Settings, bounds, calibrate_as_weighed, predicts_as_well};
-use crate::identifiability::Criterion;
+use crate::estimation::{Calibration, Settings, bounds, calibrate_as_weighed, describes, predicts_as_well};
+use crate::identifiability::{Criterion, DEFAULT_TOLERANCE};
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -88,7 +88,14 @@ fn calibrated(
     };
     // Noise that is not stated is what is left. Holding all that a millimetre hides may predict better, and then is preferred.
     let found = match competition.campaign.sigma {
-        Some(_) => fitted(Criterion::Noise)?,
+        Some(_) => {
+            let coarse = fitted(Criterion::Noise)?;
+            // What the noise would hide of a described robot may be needed where constants are far from the description.
+            let is_enough = !members.is_empty() || describes(&competition.campaign, &coarse);
+            let fine =
+                || fitted(Criterion::Relative(DEFAULT_TOLERANCE)).filter(|fine| describes(&competition.campaign, fine));
+            if is_enough { coarse } else { fine().unwrap_or(coarse) }
+        }
         None => {
             let [coarse, fine] = [1.0, noise].map(|times| fitted(Criterion::NoiseTimes(times)));
             let is_better =

@@ -10,7 +10,7 @@
 //! held out are then predicted no worse: of nearly parallel axes such constants stand for small angles.
 
 use super::calibration::calibrate_as_asked;
-use super::far::{calibrate_far, is_missed};
+use super::far::{calibrate_far, describes};
 use super::problem::row_sigmas;
 use super::reduction::reduced;
 use super::result::{Calibration, CalibrationError, Estimate};
@@ -60,8 +60,8 @@ pub(super) fn calibrate_determined(
     let asked = Settings { criterion: by_noise(request.campaign, &found), ..settings.clone() };
     let other = calibrate_as_asked(request.with(&asked), progress).ok().filter(Calibration::converged);
     // What describes the readings to their noise is not given up for what does not.
-    let describes = |of: &Calibration| request.campaign.sigma.is_some() && !is_missed(request, of);
-    let other = other.filter(|other| describes(other) || !describes(&found));
+    let is_noise = |of: &Calibration| describes(request.campaign, of);
+    let other = other.filter(|other| is_noise(other) || !is_noise(&found));
     let other = other.filter(|other| is_undetermined || predicts_as_well(other, &found));
     Ok(other.unwrap_or(found))
 }

@@ -2,7 +2,7 @@
 //!
 //! What readings can tell apart is judged where a fit begins. A linkage whose description is a parallelogram hides constants that it
 //! tells apart once a zero has moved by a few degrees; merged into others, they are then missed in the residuals. Where a constant has
-//! moved that far, or more than the stated noise is left, the calibration is begun and reduced once more where the first one ended.
+//! moved that far, or a robot with closed loops leaves more than the stated noise, the calibration is begun and reduced once more where the first one ended.
 
 use super::calibration::{calibrate_as_asked, calibrate_from};
 use super::problem::row_sigmas;
@@ -13,6 +13,7 @@ use super::task::Request;
 use crate::description::campaign::Campaign;
 use crate::least_squares::{Loss, Progress};
 use crate::math::quantiles::f_tail;
+use crate::model::Stage;
 use crate::parameter::Group;
 
 /// Change of a constant over its tolerance from which the reduction is looked at again: tolerances say how far its columns are expected
@@ -59,7 +60,7 @@ pub(super) fn calibrate_far(
         let parameter = &model.registry[own.slot];
         parameter.group == Group::Geometry && (own.value - own.nominal).abs() > FAR * parameter.tolerance
     };
-    let looks_again = found.estimates.iter().any(is_far) || is_missed(request, &found);
+    let looks_again = found.estimates.iter().any(is_far) || is_closed_and_missed(request, &found);
     if !is_plain || !found.converged() || !looks_again {
         return Ok(found);
     }
@@ -78,11 +79,16 @@ pub(super) fn calibrate_far(
     })
 }
 
-/// Whether certainly more than the stated noise is left: a robot need not be far from its description to show, by its lengths, what the
-/// described one hides, and a weak zero that is merged into lengths is missed to second order.
-pub(super) fn is_missed(request: Request, found: &Calibration) -> bool {
-    let squares = found.noise_ratio.powi(2);
-    request.campaign.sigma.is_some() && f_tail(squares, found.degrees_of_freedom, KNOWN) < MISSED
+/// Whether a robot with closed loops leaves certainly more than the stated noise: a parallelogram need not be far from its description
+/// to show, by its lengths, what the described one hides.
+fn is_closed_and_missed(request: Request, found: &Calibration) -> bool {
+    let is_closed = request.model.stages.iter().any(|stage| matches!(stage, Stage::Loops(_)));
+    is_closed && request.campaign.sigma.is_some() && !describes(request.campaign, found)
+}
+
+/// Whether no more than the noise is left, which is stated.
+pub fn describes(campaign: &Campaign, found: &Calibration) -> bool {
+    campaign.sigma.is_some() && f_tail(found.noise_ratio.powi(2), found.degrees_of_freedom, KNOWN) >= MISSED
 }
 
 /// Weighted squares of the residuals of the readings that were fitted.

@@ -39,6 +39,7 @@ pub use bound_springs::{calibrate_as_weighed, held_springs};
 pub use bounds::bounds;
 pub use determined::{far_off, predicts_as_well, run_away};
 pub use equivalence::{Equivalence, Split, SpringGroup};
+pub use far::describes;
 pub use network::{CHANGED, Network, Together};
 pub use problem::{row_kinds, row_sigmas};
 pub use reduction::{Reduction, candidates, observe};

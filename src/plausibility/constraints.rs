@@ -25,8 +25,10 @@ pub(super) fn fit_the_contacts(evidence: &Evidence, limits: &Limits) -> Vec<Diag
     // What is left without some of the constraints, and the values with which it is.
     let without = |free: &[usize]| {
         let mut own: Campaign = campaign.clone();
-        let mut index = 0..;
-        own.constraints.retain(|_| index.next().is_none_or(|k| !free.contains(&k)));
+        let freed: Vec<Constraint> = free.iter().map(|&k| campaign.constraints[k]).collect();
+        // Those that hold are found anew among the declared ones where readings are left out.
+        own.constraints.retain(|constraint| !freed.contains(constraint));
+        own.declared.retain(|constraint| !freed.contains(constraint));
         let again = calibrate(model, &own, &found.held_out, &settings, &mut |_| {}).ok()?;
         let left = again.after.fit.distance[1];
         (again.converged() && before > limits.fall * left).then_some((left, again.values))

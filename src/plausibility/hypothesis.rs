@@ -182,15 +182,23 @@ impl Hypothesis {
         let mut all: Vec<Self> = joints.clone().map(Self::Negated).collect();
         all.extend(pairs(joints.len()).flat_map(|(a, b)| swapped(model, a, b)));
         all.extend(angles().flat_map(|k| [1, 2, 3].map(|quarters| Self::QuarterTurns(k, quarters))));
+        let is_declared = |(_, read): &(Angles, Angles)| {
+            campaign.angle_unit.is_none_or(|unit| (unit / read.size() - 1.0).abs() < 1e-9)
+        };
         if angles().count() > 0 {
             // Of angles within a turn they would be those of an arm that hardly moves.
             let is_beyond_turn =
                 |(meant, _): &(Angles, Angles)| *meant != Angles::Milliradians || turns_over(model, campaign);
-            let mistaken = Angles::MISTAKEN.into_iter().filter(is_beyond_turn);
+            let mistaken = Angles::MISTAKEN.into_iter().filter(is_declared).filter(is_beyond_turn);
             all.extend(mistaken.map(|(meant, read)| Self::JointAngles(meant, read)));
         }
         if angles().count() > 1 {
-            let of = |k: usize| Angles::EXCHANGED.map(|(meant, read)| Self::AngleOf(k, meant, read));
+            let of = |k: usize| {
+                Angles::EXCHANGED
+                    .into_iter()
+                    .filter(is_declared)
+                    .map(move |(meant, read)| Self::AngleOf(k, meant, read))
+            };
             all.extend(angles().flat_map(of));
         }
         let lengths = || joints.clone().filter(|&k| !model.variables[k].is_angle);

@@ -516,37 +516,53 @@ effects: []
 #[test]
 fn errors_pass_on_by_mechanisms_alone() {
     let folder = tempfile::tempdir().expect("a folder");
-    let error = 1e-5_f64;
+    let at = folder.path();
+    let error = 1e-4_f64;
     let effect = format!(
         "effects: [{{effect: transmission-error, site: 'joint:2', parameters: {{cos: {error}, sin: 0, order: 1}}}}]"
     );
-    let tool = |text: &str, q2: f64, q3: f64| -> Vec<f64> {
-        std::fs::write(folder.path().join("arm.yaml"), text).expect("written");
-        let joints = format!("q1=10,q2={q2},q3={q3},q4=40");
-        let ran = run(folder.path(), &["pose", "arm.yaml", "--joints", &joints, "--format", "json"]);
+    std::fs::write(at.join("plain.yaml"), LEVEL).expect("written");
+    let left = |campaign: &str| {
+        let ran = run(at, &["residuals", "plain.yaml", campaign, "--format", "json"]);
         assert_eq!(ran.status, 0, "{}", ran.err);
         let json: Value = serde_json::from_str(&ran.out).expect("JSON");
-        let row = |k: usize| json["tool"][k][3].as_f64().expect("a number");
-        (0..3).map(row).collect()
+        json["all"]["rms"].as_f64().expect("a number")
     };
-    let by = (error * 20_f64.to_radians().cos()).to_degrees();
     let controller = LEVEL.replace("* 2]", "* 2 (controller)]");
-    for (text, q3) in [(LEVEL, 30.0), (controller.as_str(), 30.0 + by)] {
-        let found = tool(&text.replace("effects: []", &effect), 20.0, 30.0);
-        let expected = tool(LEVEL, 20.0 + by, q3);
-        // The error counts to first order: its square is 1e-10 rad over 2 m.
-        let apart = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(apart < 1e-9, "{apart} m");
-        let moved = found.iter().zip(&tool(LEVEL, 20.0, 30.0)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(moved > 5e-6, "{moved} m");
+    for (name, text, passes_on) in [("rods", LEVEL, true), ("sum", controller.as_str(), false)] {
+        std::fs::write(at.join("arm.yaml"), text.replace("effects: []", &effect)).expect("written");
+        let simulate = ["simulate", "arm.yaml", "--poses", "30", "--noise", "0", "--errors", "0", "--into", name];
+        let made = run(at, &simulate);
+        assert_eq!(made.status, 0, "{}", made.err);
+        assert!(left(name) > 1e-2, "{} mm", left(name));
+        // The joints at which an arm without the error would be where this one is.
+        let file = at.join(name).join("measurements.csv");
+        let mut reader = csv::Reader::from_path(&file).expect("a file");
+        let header = reader.headers().expect("a header").clone();
+        let column = |name: &str| header.iter().position(|known| known == name).expect("a column");
+        let (two, three) = (column("q2"), column("q3"));
+        let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();
+        let mut writer = csv::Writer::from_path(&file).expect("a file");
+        writer.write_record(&header).expect("written");
+        for row in rows {
+            let value = |k: usize| row[k].parse::<f64>().expect("a number");
+            let by = (error * value(two).to_radians().cos()).to_degrees();
+            let moved = row.iter().enumerate().map(|(k, text)| match k {
+                k if k == two || k == three && !passes_on => format!("{:.12}", value(k) + by),
+                _ => text.to_owned(),
+            });
+            writer.write_record(moved).expect("written");
+        }
+        writer.flush().expect("written");
+        // The error counts to first order: its square is 1e-8 rad over 2 m.
+        assert!(left(name) < 1e-4, "{name}: {} mm", left(name));
     }
     // A joint without a gear of its own has no error.
     let at_k = controller.replace("effects: []", &effect.replace("joint:2", "joint:k"));
-    std::fs::write(folder.path().join("arm.yaml"), at_k).expect("written");
-    let ran = run(folder.path(), &["check", "arm.yaml"]);
-    assert!(ran.status != 0 && ran.err.contains("cannot sit at `joint:k`"), "{}", ran.err);
     let wrong = LEVEL.replace("* 2]", "* 2 (robot)]");
-    std::fs::write(folder.path().join("arm.yaml"), wrong).expect("written");
-    let ran = run(folder.path(), &["check", "arm.yaml"]);
-    assert!(ran.status != 0 && ran.err.contains("(controller)"), "{}", ran.err);
+    for (text, said) in [(at_k, "cannot sit at `joint:k`"), (wrong, "(controller)")] {
+        std::fs::write(at.join("arm.yaml"), text).expect("written");
+        let ran = run(at, &["check", "arm.yaml"]);
+        assert!(ran.status != 0 && ran.err.contains(said), "{}", ran.err);
+    }
 }

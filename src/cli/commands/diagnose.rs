@@ -18,6 +18,7 @@ use crate::estimation;
 use crate::files::LoadedRobot;
 use crate::model::{Model, with_values};
 use crate::observation::Purpose;
+use crate::parameter::Group;
 use crate::plausibility::{Evidence, Limits, doubts, judge};
 use crate::render::diagnosis as render;
 use crate::results;
@@ -157,7 +158,13 @@ pub fn worse_than_found(described: &Described, session: &Session) -> Result<Opti
     if left <= limit && !is_worse {
         return Ok(None);
     }
+    let has_springs = model.registry.all().iter().any(|parameter| parameter.group == Group::Elastic && parameter.free);
     let [what, why, remedy] = match found.causes.is_empty() {
+        true if !has_springs => [
+            "the calibrated description",
+            "what the noise of these configurations hides stays as described, and is more than that elsewhere",
+            "measure configurations that differ more, or see what `identify` leaves and which parameters it keeps",
+        ],
         true => [
             "the calibrated description",
             "its springs are held above zero, and what the noise hides as described",

@@ -95,10 +95,10 @@ fn weightless(campaign: &Campaign, robot: &Robot, locate: Locate) -> Option<Diag
     })
 }
 
-/// Readings of which the order is stated and not what was reached before them, beyond the first configurations of sessions.
+/// Readings of which the order is numbered and not what was reached before them, beyond the first configurations of sessions.
 fn without_predecessor(campaign: &Campaign) -> Option<Diagnostic> {
     let conditions = &campaign.conditions;
-    let moves = conditions.last_move.first().filter(|_| conditions.is_order_stated())?;
+    let moves = conditions.last_move.first().filter(|_| conditions.order == OrderBy::Numbers)?;
     let unknown: HashSet<usize> = moves
         .iter()
         .zip(&campaign.readings)

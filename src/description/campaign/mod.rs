@@ -53,6 +53,8 @@ pub use super::elastic::Payload;
 pub struct Campaign {
     /// Display name.
     pub name: String,
+    /// One unit of its file's angles, rad; `None` where no file is behind it.
+    pub angle_unit: Option<f64>,
     /// What a reading is.
     pub observes: Observes,
     /// One sigma of each coordinate (of a distance: the first), if it is known.

@@ -83,6 +83,7 @@ fn without_readings(
     let estimate = &raw.estimate;
     Campaign {
         name: raw.campaign.clone().unwrap_or_else(|| "campaign".into()),
+        angle_unit: Some(raw.units.angle.factor()),
         observes: kinds.first().copied().unwrap_or(POSITION),
         sigma: stated.sigma,
         noise_origin: NoiseOrigin::Stated,
