@@ -59,8 +59,9 @@ pub(super) fn calibrate_determined(
     }
     let asked = Settings { criterion: by_noise(request.campaign, &found), ..settings.clone() };
     let other = calibrate_as_asked(request.with(&asked), progress).ok().filter(Calibration::converged);
-    // What describes the readings to their noise is not given up for what does not.
-    let is_noise = |of: &Calibration| describes(request.campaign, of);
+    // What describes the readings to their noise is not given up for what does not, unless with constants that no arm has.
+    let has_run_away = far_off(model, &found).next().is_some();
+    let is_noise = |of: &Calibration| describes(request.campaign, of) && !has_run_away;
     let other = other.filter(|other| is_noise(other) || !is_noise(&found));
     let other = other.filter(|other| is_undetermined || predicts_as_well(other, &found));
     Ok(other.unwrap_or(found))

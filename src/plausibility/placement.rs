@@ -6,7 +6,7 @@ use super::evidence::{Evidence, Limits};
 use super::hypothesis::Hypothesis;
 use super::readings::explained;
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::{Calibration, Settings, calibrate, far_off};
+use crate::estimation::{Calibration, Settings, calibrate, describes, far_off};
 use crate::parameter::{Group, Slot};
 
 /// Where calibration leaves far more than the stated noise, the same with the last joint negated, else with base or tool estimated as well:
@@ -68,7 +68,7 @@ fn nearer_placed(evidence: &Evidence, found: &Calibration) -> Option<Diagnostic>
         way.apply(model, &mut own, &mut model.registry.nominal());
         let settings = Settings { second_order: false, ..Settings::default() };
         let again = calibrate(model, &own, &found.held_out, &settings, &mut |_| {}).ok()?;
-        let is_as_good = again.converged() && again.noise_ratio <= found.noise_ratio.max(1.0);
+        let is_as_good = again.converged() && (describes(campaign, &again) || again.noise_ratio <= found.noise_ratio);
         (is_as_good && squares(&before) - squares(&moved(&again)) > FAR * FAR).then_some(*way)
     };
     let ways = Hypothesis::all(model, campaign);

@@ -254,6 +254,8 @@ fn a_datum_cube_of_unknown_place_and_the_ball_are_found() {
     let off = run(folder.path(), &["register", "campaign.yaml", "--force", "--format", "json"]);
     let off: serde_json::Value = serde_json::from_str(&off.out).expect("JSON");
     assert!((value(&off, "tool.x") - BALL[0]).abs() > 0.1, "{}", value(&off, "tool.x"));
+    let said = off["diagnostics"].to_string();
+    assert!(said.contains("`fx-fy` comes out at 90.00 deg where 88.00 deg is declared"), "{said}");
 
     // diagnose takes constraints too.
     campaign(folder.path(), &touched, contacts);
@@ -268,6 +270,34 @@ fn a_datum_cube_of_unknown_place_and_the_ball_are_found() {
         campaign(folder.path(), &touched, &format!("{}\n{wrong}", contacts.lines().next().expect("a line")));
         let said = run(folder.path(), &["check", "campaign.yaml"]);
         assert!(said.status == 2 && said.err.contains(expected) && said.err.contains("campaign.yaml"), "{}", said.err);
+    }
+}
+
+/// A small sphere, touched ten times from all sides by an arm with the errors of its description, is not taken for a plane.
+#[test]
+fn a_small_sphere_is_found_from_few_contacts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let text = "robot: universal-ur5\nunits: {length: mm, angle: deg}\ninstrument: {sigma: 0.03}\nestimate: {tool: true}\n\
+                contacts: {ball: {kind: sphere}}\n\
+                measurements: [{file: a.csv, observes: position}, {file: b.csv, observes: contact}]\n";
+    std::fs::write(at.join("sphere.yaml"), text).expect("written");
+    for seed in ["1", "2", "3", "5", "8"] {
+        let made = run(at, &["simulate", "sphere.yaml", "--poses", "60", "--seed", seed, "--into", seed]);
+        assert_eq!(made.status, 0, "{}", made.err);
+        let file = at.join(seed).join("measurements-2.csv");
+        let rows = std::fs::read_to_string(&file).expect("rows");
+        let few: Vec<&str> = rows.lines().take(11).collect();
+        std::fs::write(&file, few.join("\n") + "\n").expect("written");
+        let truth: serde_json::Value =
+            serde_json::from_str(&std::fs::read_to_string(at.join(seed).join("truth.json")).expect("truth"))
+                .expect("JSON");
+        let truth = 1e3 * truth["parameters"]["ball.radius"]["true"].as_f64().expect("a number");
+        let found = printed_json(at, &["identify", seed]);
+        let all = found["parameters"].as_array().expect("a list");
+        let radius = all.iter().find(|own| own["name"] == "ball.radius").expect("a radius");
+        let [value, half] = ["value", "ci95"].map(|key| radius[key].as_f64().expect("a number"));
+        assert!((value - truth).abs() < (3.0 * half).min(5.0), "{seed}: {value} +- {half} mm for {truth}");
     }
 }
 

@@ -157,3 +157,76 @@ fn compliances_that_are_not_declared_are_told() {
     let told = run(Path::new(folder.path()), &["identify", "c"]).err;
     assert!(told.contains("`calibrate:` names `joint-compliance`"), "{told}");
 }
+
+/// Poses in a small region, and a zero off by many of its tolerances: what the noise would hide of an arm as described is needed. What is
+/// fitted to the noise is not given up for what is not, and `identify` and `diagnose` say the same.
+#[test]
+fn a_zero_that_is_far_off_in_a_small_region_is_fitted() {
+    let folder = starter();
+    let at = folder.path();
+    let simulate =
+        ["simulate", "c/robot.yaml", "--poses", "40", "--markers", "ball", "--share", "0.05", "--seed", "21"];
+    let made = run(at, &[&simulate[..], &UNKNOWN[..], &["--set", "2.theta=2", "--into", "s"]].concat());
+    assert_eq!(made.status, 0, "{}", made.err);
+    let found = json(&run(at, &["identify", "s", "--format", "json"]));
+    let rms = found["residuals"]["after"]["rms"].as_f64().expect("a number");
+    assert!(rms < 0.08, "{rms} mm");
+    assert_eq!(of_code(&found, "moved-far").len(), 1, "{}", found["diagnostics"]);
+    let found = json(&run(at, &["diagnose", "s", "--apply", "x.yaml", "--format", "json"]));
+    assert!(of_code(&found, "unusable-result").is_empty(), "{}", found["diagnostics"]);
+}
+
+/// A marker that is not where the description says, taken as known: an axis turns for it, by less than is refused.
+#[test]
+fn a_marker_taken_as_known_is_looked_at_where_an_axis_turns_for_it() {
+    let folder = starter();
+    let at = folder.path();
+    let simulate = ["simulate", "c/robot.yaml", "--poses", "60", "--markers", "ball", "--unknown-base", "--seed", "4"];
+    let made = run(at, &[&simulate[..], &["--set", "ball.y=2.5", "--into", "s"]].concat());
+    assert_eq!(made.status, 0, "{}", made.err);
+    let said = run(at, &["identify", "s"]);
+    assert!(
+        said.out.contains("DOUBTFUL (moved-far)") && said.out.contains("with the tool and the markers estimated"),
+        "{}{}",
+        said.out,
+        said.err
+    );
+}
+
+/// With five repeats that share an error, intervals of robust losses are as wide as those of squares.
+#[test]
+fn intervals_of_robust_losses_count_errors_that_readings_share() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    simulated(
+        at,
+        "universal-ur5",
+        &["--unknown-base", "--poses", "40", "--noise", "0.01", "--repeats", "5", "--seed", "7"],
+    );
+    spoil(&at.join("s"), |table| {
+        let (pose, columns) = (table.column("pose"), ["x", "y", "z"].map(|name| table.column(name)));
+        let mut shared = std::collections::HashMap::new();
+        for row in &mut table.rows {
+            let count = shared.len() as f64;
+            // A fixed sequence that looks like noise of 0.05 mm.
+            let own = *shared
+                .entry(row[pose].clone())
+                .or_insert_with(|| [1.0, 2.0, 3.0].map(|c: f64| 0.07 * (12.9898 * (count + c) + 78.233 * c).sin()));
+            for (column, by) in columns.into_iter().zip(own) {
+                let value: f64 = row[column].parse().expect("a number");
+                row[column] = (value + by).to_string();
+            }
+        }
+    });
+    let half = |loss: &str| {
+        let found = json(&run(at, &["identify", "s", "--loss", loss, "--format", "json"]));
+        let all = found["parameters"].as_array().expect("a list").clone();
+        all.iter().filter_map(|own| own["ci95"].as_f64()).filter(|half| *half > 0.0).map(f64::ln).collect::<Vec<f64>>()
+    };
+    let mean = |of: Vec<f64>| of.iter().sum::<f64>() / of.len() as f64;
+    let squares = mean(half("squares"));
+    for loss in ["huber", "tukey"] {
+        let ratio = (mean(half(loss)) - squares).exp();
+        assert!((0.85..1.3).contains(&ratio), "{loss}: {ratio}");
+    }
+}
