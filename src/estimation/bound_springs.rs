@@ -6,7 +6,7 @@
 //! Regression*, 1989, sec. 5.3) by more than a declared value that far off is unlikely.
 
 use super::calibration::calibrate_as_asked;
-use super::determined::{calibrate_determined, with_noise_found};
+use super::determined::{calibrate_determined, predicts_as_well, with_noise_found};
 use super::far::squares;
 use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::Settings;
@@ -51,7 +51,10 @@ pub fn calibrate_as_weighed(
             let unlikely: f64 = more.iter().map(|(_, unlikely)| unlikely).sum();
             let chance = f_tail(unlikely / more.len() as f64, more.len() as f64, MANY);
             let is_needed = rise_by_chance(campaign, &found, &other, more.len()) < chance;
-            (other.converged() && !is_needed).then_some((all, other))
+            // One that is not far off is held only where readings held out are no worse for it.
+            let is_far = more.iter().all(|(_, unlikely)| *unlikely > 1.0);
+            let is_borne = is_far || predicts_as_well(&other, &found);
+            (other.converged() && !is_needed && is_borne).then_some((all, other))
         };
         let Some((all, other)) = tried.into_iter().find_map(&mut refit) else { break };
         (held, found) = (all, other);
