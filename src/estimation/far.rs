@@ -3,6 +3,9 @@
 //! What readings can tell apart is judged where a fit begins. A linkage whose description is a parallelogram hides constants that it
 //! tells apart once a zero has moved by a few degrees; merged into others, they are then missed in the residuals. Where a constant has
 //! moved that far, or a robot with closed loops leaves more than the stated noise, the calibration is begun and reduced once more where the first one ended.
+//!
+//! So it is where contacts and anchors, placed anew by the calibrated robot, are elsewhere than the fit has them: begun from an uncalibrated
+//! robot, a small sphere may end as a plane.
 
 use super::calibration::{calibrate_as_asked, calibrate_from};
 use super::problem::row_sigmas;

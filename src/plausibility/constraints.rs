@@ -4,20 +4,18 @@
 //! that is declared is left free and most of the error goes, each is left free alone, and the one that takes it along is named.
 
 use super::evidence::{Evidence, Limits};
+use super::outlying::HIDING;
 use super::shown::mm;
 use crate::description::campaign::{Between, Campaign, Constraint};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate};
 use crate::prediction::target_values;
 
-/// Noise over the stated one up to which nothing is left that a wrong constraint could explain. A judgement, which only saves a fit.
-const OF_NOISE: f64 = 1.2;
-
 pub(super) fn fit_the_contacts(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let (model, campaign) = (evidence.model, evidence.campaign);
     let is_known = |constraint: &Constraint| constraint.length.is_none();
     let known: Vec<usize> = (0..campaign.constraints.len()).filter(|&k| is_known(&campaign.constraints[k])).collect();
-    let is_noise = |found: &Calibration| campaign.sigma.is_some() && found.noise_ratio < OF_NOISE;
+    let is_noise = |found: &Calibration| campaign.sigma.is_some() && found.noise_ratio < HIDING;
     let found = evidence.found.filter(|found| found.converged() && !is_noise(found));
     let Some(found) = found.filter(|_| !known.is_empty()) else { return Vec::new() };
     let before = found.after.fit.distance[1];

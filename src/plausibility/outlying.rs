@@ -230,9 +230,9 @@ fn many(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     Some(diagnostic.figure("readings", far as f64).figure("others_mm", 1e3 * middle))
 }
 
-/// Residuals over the stated noise from which outliers may have hidden each other: a judgement, which decides only whether the
-/// robust fit is made.
-const HIDING: f64 = 1.2;
+/// Residuals over the stated noise from which outliers may have hidden each other, or a wrong constraint may hold: a judgement, which decides
+/// only whether a further fit is made.
+pub(super) const HIDING: f64 = 1.2;
 
 /// Scale of Huber's loss, standard deviations: 95 % efficient on normal noise (Huber, *Ann. Math. Statist.* 35, 1964).
 const HUBER: f64 = 1.345;

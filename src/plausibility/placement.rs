@@ -67,20 +67,22 @@ fn nearer_placed(evidence: &Evidence, found: &Calibration) -> Option<Diagnostic>
         let mut own = campaign.clone();
         way.apply(model, &mut own, &mut model.registry.nominal());
         let settings = Settings { second_order: false, ..Settings::default() };
-        let again = calibrate(model, &own, &found.held_out, &settings, &mut |_| {}).ok()?;
-        let is_as_good = again.converged() && (describes(campaign, &again) || again.noise_ratio <= found.noise_ratio);
-        (is_as_good && squares(&before) - squares(&moved(&again)) > FAR * FAR).then_some(*way)
+        calibrate(model, &own, &found.held_out, &settings, &mut |_| {}).is_ok_and(|again| {
+            let is_as_good = describes(campaign, &again) || again.noise_ratio <= found.noise_ratio;
+            again.converged() && is_as_good && squares(&before) - squares(&moved(&again)) > FAR * FAR
+        })
     };
-    let ways = Hypothesis::all(model, campaign);
-    let way = ways.iter().filter(|way| way.adds_unknowns()).find_map(nearer)?;
-    let Hypothesis::Unknown { base, tool } = way else { return None };
-    let what = match (base, tool) {
+    let unknown = |way: Hypothesis| match way {
+        Hypothesis::Unknown { base, tool } if nearer(&way) => Some((base, tool)),
+        _ => None,
+    };
+    let what = match Hypothesis::all(model, campaign).into_iter().find_map(unknown)? {
         (true, false) => "the base",
         (false, _) => "the tool and the markers",
         (true, true) => "base, tool and markers",
     };
     let message = format!(
-        "`{}` ends {:.0} tolerances from the description, and with {what} estimated as well as little is left and all constants stay nearer",
+        "`{}` ends {:.0} tolerances from the description; with {what} estimated as well, residuals are as small and all constants stay nearer",
         model.registry[slot].name,
         most.abs()
     );

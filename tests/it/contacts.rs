@@ -273,7 +273,8 @@ fn a_datum_cube_of_unknown_place_and_the_ball_are_found() {
     }
 }
 
-/// A small sphere, touched ten times from all sides by an arm with the errors of its description, is not taken for a plane.
+/// A small sphere, touched eight times from all sides by an arm three times as far from its description as usual, is not taken for a plane: of
+/// these three, begun where that arm seems to touch, the radius ends at thousands of kilometres.
 #[test]
 fn a_small_sphere_is_found_from_few_contacts() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -282,12 +283,13 @@ fn a_small_sphere_is_found_from_few_contacts() {
                 contacts: {ball: {kind: sphere}}\n\
                 measurements: [{file: a.csv, observes: position}, {file: b.csv, observes: contact}]\n";
     std::fs::write(at.join("sphere.yaml"), text).expect("written");
-    for seed in ["1", "2", "3", "5", "8"] {
-        let made = run(at, &["simulate", "sphere.yaml", "--poses", "60", "--seed", seed, "--into", seed]);
+    for seed in ["12", "20", "25"] {
+        let made =
+            run(at, &["simulate", "sphere.yaml", "--poses", "60", "--errors", "3", "--seed", seed, "--into", seed]);
         assert_eq!(made.status, 0, "{}", made.err);
         let file = at.join(seed).join("measurements-2.csv");
         let rows = std::fs::read_to_string(&file).expect("rows");
-        let few: Vec<&str> = rows.lines().take(11).collect();
+        let few: Vec<&str> = rows.lines().take(9).collect();
         std::fs::write(&file, few.join("\n") + "\n").expect("written");
         let truth: serde_json::Value =
             serde_json::from_str(&std::fs::read_to_string(at.join(seed).join("truth.json")).expect("truth"))

@@ -583,6 +583,14 @@ fn time_that_goes_back_and_copies_are_told() {
     assert!(run(at, &["check", "c"]).err.is_empty(), "{}", run(at, &["check", "c"]).err);
     timed(|k| if k == 20 { 61 } else { 37 * k % 60 });
     assert!(run(at, &["check", "c"]).err.contains("`order` says which came first"));
+    // Numbers that leave some out say that something was reached of which nothing is known.
+    timed(|k| k);
+    spoil(&folder.path().join("c"), |table| {
+        let order = table.column("order");
+        table.rows.iter_mut().enumerate().for_each(|(k, row)| row[order] = (k + k / 10).to_string());
+    });
+    let said = run(at, &["check", "c"]).err;
+    assert!(said.contains("6 of 60 configurations have no known predecessor"), "{said}");
     std::fs::write(at.join("c/measurements.csv"), mixed).expect("written");
     timed(|k| k);
     let twice =

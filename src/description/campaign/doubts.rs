@@ -109,7 +109,7 @@ fn without_predecessor(campaign: &Campaign) -> Option<Diagnostic> {
     let firsts = distinct(campaign.readings.iter().map(|reading| reading.session)).len();
     (unknown.len() > firsts && unknown.len() < all.len()).then(|| {
         let text = format!(
-            "{} of {} configurations have no known predecessor: laws of the last move say nothing of them, and errors of their readings stay",
+            "{} of {} configurations have no known predecessor: laws of the last move cannot explain their readings",
             unknown.len(),
             all.len()
         );

@@ -213,7 +213,7 @@ pub enum RowOrder {
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum JointSource {
-    /// What the controller was told.
+    /// What the controller commanded.
     Commanded,
     /// What the controller read.
     Recorded,
