@@ -31,7 +31,7 @@ pub const OWNERS: [&str; 3] = ["base", "tool", "instrument"];
 /// First parts of columns that name a variable, frame or coordinate after a dot.
 const PREFIXES: [&str; 6] = ["approach.", "temperature.", "commanded.", "recorded.", "torque.", "sigma."];
 
-/// Whether a table of measurements may have a column of this name that is no joint's.
+/// Whether a table of measurements may have a column of this name that is no joint's, or a parameter of no element has it.
 pub fn is_reserved(name: &str) -> bool {
     let is_of = |kind: Observes| {
         kind.columns().iter().map(|column| column.name).chain(kind.target_column()).any(|known| known == name)
@@ -39,4 +39,5 @@ pub fn is_reserved(name: &str) -> bool {
     ABOUT.iter().chain(&WRENCH).any(|known| *known == name)
         || FAMILY.into_iter().any(is_of)
         || PREFIXES.iter().any(|prefix| name.starts_with(prefix))
+        || name.split_once('.').is_some_and(|(owner, _)| OWNERS.contains(&owner))
 }

@@ -45,7 +45,7 @@ struct Numbers {
 impl Numbers {
     /// Of the rows of a campaign; each constraint counts as a reading at a configuration of its own.
     fn of(campaign: &Campaign) -> Self {
-        let configurations = campaign.configurations();
+        let configurations = campaign.neighbourhoods();
         let readings = campaign.readings.iter().enumerate();
         let of_rows = readings
             .flat_map(|(k, reading)| std::iter::repeat_n((configurations[reading.pose], k), reading.observes.rows()));

@@ -77,6 +77,8 @@ pub struct Covariance {
     pub degrees_of_freedom: Vec<f64>,
     /// What readings of a configuration share, where that is more than nothing.
     pub shared: Option<SharedError>,
+    /// `var(psi') / mean(psi')^2` of a robust loss, mean over the rows; zero with squares.
+    slopes: f64,
 }
 
 impl Covariance {
@@ -92,7 +94,7 @@ impl Covariance {
             DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| jacobian[(i, j)] * weights[i].sqrt());
         let matrix = cofactor(&weighted) * noise_ratio.powi(2);
         let (freedom, degrees_of_freedom) = (degrees_of_freedom, vec![degrees_of_freedom; jacobian.ncols()]);
-        Self { matrix, noise_ratio, freedom, degrees_of_freedom, shared: None }
+        Self { matrix, noise_ratio, freedom, degrees_of_freedom, shared: None, slopes: 0.0 }
     }
 
     /// The same of a fit with a robust loss, which is given for each row with its scale: that of a prior is of squares. Unchanged where most
@@ -108,6 +110,7 @@ impl Covariance {
             }
         });
         let mut by_row = vec![[1.0, 1.0]; losses.len()];
+        let mut slopes = 0.0;
         for kind in kinds.into_iter().filter(|kind| *kind != Loss::Squares) {
             let rows: Vec<usize> = (0..losses.len()).filter(|&row| losses[row] == kind).collect();
             let count = rows.len() as f64;
@@ -117,7 +120,9 @@ impl Covariance {
                 return self;
             }
             let spread = mean(&|r| (kind.slope(r) - slope).powi(2));
-            let factor = 1.0 + n / m * spread / slope.powi(2);
+            let varies = spread / slope.powi(2);
+            slopes += varies * count / m;
+            let factor = 1.0 + n / m * varies;
             let influence = correction * factor.powi(2) * mean(&|r| (r * kind.weight(r)).powi(2));
             rows.into_iter().for_each(|row| by_row[row] = [slope, influence]);
         }
@@ -127,7 +132,7 @@ impl Covariance {
         let (inverse, influences) = (cofactor(&scaled(0)), scaled(1));
         let of_data = residual.iter().zip(losses).filter(|(_, loss)| **loss != Loss::Squares).map(|(r, _)| *r);
         let noise_ratio = correction.sqrt() * deviation(of_data).unwrap_or(0.0);
-        Self { matrix: &inverse * influences.tr_mul(&influences) * &inverse, noise_ratio, ..self }
+        Self { matrix: &inverse * influences.tr_mul(&influences) * &inverse, noise_ratio, slopes, ..self }
     }
 
     /// The same where the rows of readings go together as said.
@@ -162,13 +167,18 @@ impl Covariance {
     }
 
     /// A robust fit's, as much wider for each parameter as `shared`, where readings go together, is than `plain`, where they do not: both of
-    /// squares with the robust weights.
+    /// squares with the robust weights. Readings that go together count as fewer, so that K grows: as many as the variance has degrees of
+    /// freedom, and parameters.
     #[must_use]
     pub fn as_wide(self, plain: &Self, shared: Self) -> Self {
-        let ratios = shared
-            .matrix
-            .diagonal()
-            .zip_map(&plain.matrix.diagonal(), |shared, plain| if plain > 0.0 { (shared / plain).sqrt() } else { 1.0 });
+        let n = self.matrix.ncols() as f64;
+        let correction = |degrees: f64| 1.0 + n / (degrees + n) * self.slopes;
+        let of = |k: usize| {
+            let wider = shared.matrix[(k, k)] / plain.matrix[(k, k)];
+            let wider = if wider.is_finite() { wider.sqrt() } else { 1.0 };
+            wider * correction(shared.degrees_of_freedom[k]) / correction(self.freedom)
+        };
+        let ratios = DVector::from_fn(self.matrix.ncols(), |k, _| of(k));
         let matrix = self.matrix.component_mul(&(&ratios * ratios.transpose()));
         Self { matrix, degrees_of_freedom: shared.degrees_of_freedom, shared: shared.shared, ..self }
     }

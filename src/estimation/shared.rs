@@ -108,7 +108,7 @@ fn numbered<K: Hash + Eq>(keys: impl Iterator<Item = K>) -> (Vec<usize>, usize) 
 impl Sharing {
     /// Of the rows of a campaign's readings, none a copy of another; `None` where no configuration has two readings.
     pub fn of(campaign: &Campaign) -> Option<Self> {
-        let first = campaign.configurations();
+        let first = campaign.neighbourhoods();
         let of_reading = |reading: &Reading| first[reading.pose];
         let mut count = vec![0_usize; campaign.poses.len()];
         campaign.readings.iter().for_each(|reading| count[of_reading(reading)] += 1);

@@ -26,7 +26,7 @@ pub fn split(campaign: &Campaign, share: f64, seed: u64) -> Vec<bool> {
     if campaign.readings.iter().any(|reading| reading.check.is_some()) {
         return campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
     }
-    let configurations = campaign.configurations();
+    let configurations = campaign.neighbourhoods();
     let mut order: Vec<usize> = (0..campaign.poses.len()).filter(|&pose| configurations[pose] == pose).collect();
     order.shuffle(&mut rand_chacha::ChaCha8Rng::seed_from_u64(seed));
     let count = if order.len() < FEWEST { 0 } else { (share.clamp(0.0, MOST) * order.len() as f64).round() as usize };

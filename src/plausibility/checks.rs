@@ -2,8 +2,8 @@
 
 use super::evidence::{Evidence, Limits};
 use super::{
-    amount, approach, beyond, common_factor, constraints, deflections, instrument, midway, numerics, other_joints,
-    outlying, parameters, payload, placement, points, readings, sessions, springs, stated_noise, torques,
+    amount, approach, beyond, common_factor, constraints, deflections, instrument, midway, nearer, numerics,
+    other_joints, outlying, parameters, payload, placement, points, readings, sessions, springs, stated_noise, torques,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
@@ -138,10 +138,16 @@ pub const CHECKS: &[Check] = &[
         find: numerics::dependent,
     },
     Check {
-        codes: &[Code::Misread, Code::MovedFar],
+        codes: &[Code::Misread],
         of_result: true,
         about: "with the last joint negated, or base or tool estimated as well, calibration leaves what it does without: the joints count, and base and tool are, as the description says",
         find: placement::as_placed,
+    },
+    Check {
+        codes: &[Code::MovedFar, Code::Misread, Code::WrongUnits],
+        of_result: true,
+        about: "constants that end far from the description do not stand for files that are to be read in another way: none leaves as little with constants that stay near it",
+        find: nearer::as_described,
     },
     Check {
         codes: &[Code::SessionsDiffer],

@@ -20,6 +20,7 @@ mod fitted;
 mod hypothesis;
 mod instrument;
 mod midway;
+mod nearer;
 mod numerics;
 mod other_joints;
 mod outlying;

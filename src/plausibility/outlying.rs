@@ -144,11 +144,15 @@ fn of_one_kind(campaign: &Campaign, wrong: &[usize]) -> Option<(&'static str, &'
 pub(super) fn after(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let described =
         |(wrong, size, middle): (Vec<usize>, Vec<f64>, f64)| described(evidence, &wrong, &|k| size[k], middle);
-    let hidden = || {
-        let robust = robust(evidence)?;
-        outlying(&Evidence::with(evidence.model, evidence.campaign, &robust), limits)
+    // A robust fit shows what the plain one hides.
+    let few = || {
+        let plain = outlying(evidence, limits).map(described).or_else(|| turned(evidence, limits));
+        plain.or_else(|| {
+            let robust = robust(evidence)?;
+            let evidence = Evidence::with(evidence.model, evidence.campaign, &robust);
+            outlying(&evidence, limits).map(described).or_else(|| turned(&evidence, limits))
+        })
     };
-    let few = || outlying(evidence, limits).or_else(hidden).map(described).or_else(|| turned(evidence, limits));
     many(evidence, limits).or_else(few).into_iter().collect()
 }
 

@@ -1,13 +1,15 @@
-//! A base or tool that is not where the description says, or a last joint that counts the other way with the markers near its axis,
+//! A base or tool that is not where the description says, a last joint that counts the other way with the markers near its axis, or gravity along another axis,
 //! found by calibration: a few millimetres are less than tolerances allow registration to leave, and yet many times what a calibration
 //! with it leaves.
+
+use nalgebra::Vector3;
 
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::Hypothesis;
 use super::readings::explained;
+use super::shown::mm;
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::{Calibration, Settings, calibrate, describes, far_off};
-use crate::parameter::{Group, Slot};
+use crate::estimation::{Calibration, Settings, calibrate, far_off};
 
 /// Where calibration leaves far more than the stated noise, the same with the last joint negated, else with base or tool estimated as well:
 /// the first with which the error falls to what noise can be.
@@ -19,7 +21,7 @@ pub(super) fn as_placed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic>
         return Vec::new();
     }
     let Some(found) = evidence.found.filter(is_far) else {
-        return evidence.found.and_then(|found| nearer_placed(evidence, found)).into_iter().collect();
+        return Vec::new();
     };
     let decisive = |way: Hypothesis| {
         let mut moved = campaign.clone();
@@ -39,53 +41,47 @@ pub(super) fn as_placed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic>
     let is_sign = |way: &&Hypothesis| matches!(way, Hypothesis::Negated(joint) if joint + 1 == last && last > 1);
     let unknowns = ways.iter().filter(|way| way.adds_unknowns());
     let named = ways.iter().filter(is_sign).chain(unknowns).copied().find_map(decisive);
-    named
-        .map(|named| explained(evidence, "calibration", Some(found.after.fit.distance[1]), &[named], &|_| None))
-        .into_iter()
-        .collect()
+    let Some(named) = named else { return gravity_elsewhere(evidence, limits, found).into_iter().collect() };
+    vec![explained(evidence, "calibration", Some(found.after.fit.distance[1]), &[named], &|_| None)]
 }
 
-/// Tolerances by which a constant moved from which it may stand for a base or tool that is not where the description says, and by which
-/// the constants have to stay nearer together with one that is estimated: ten standard deviations of a described robot.
-const FAR: f64 = 10.0;
+/// Axes along which gravity may pull, base frame, and how they are written.
+const DIRECTIONS: [([f64; 3], &str); 6] = [
+    ([0.0, 0.0, 1.0], "[0, 0, 9.81]"),
+    ([0.0, 0.0, -1.0], "[0, 0, -9.81]"),
+    ([0.0, 1.0, 0.0], "[0, 9.81, 0]"),
+    ([0.0, -1.0, 0.0], "[0, -9.81, 0]"),
+    ([1.0, 0.0, 0.0], "[9.81, 0, 0]"),
+    ([-1.0, 0.0, 0.0], "[-9.81, 0, 0]"),
+];
 
-/// Where constants moved far and as little is left with base or tool estimated as well, and constants that stay near: these stood for it.
-fn nearer_placed(evidence: &Evidence, found: &Calibration) -> Option<Diagnostic> {
-    let (model, campaign) = (evidence.model, evidence.campaign);
-    // Of each constant of the geometry that was fitted, its change in tolerances.
-    let moved = |of: &Calibration| -> Vec<(Slot, f64)> {
-        let geometry = of.estimates.iter().filter(|own| model.registry[own.slot].group == Group::Geometry);
-        geometry.map(|own| (own.slot, (own.value - own.nominal) / model.registry[own.slot].tolerance)).collect()
-    };
-    let squares = |of: &[(Slot, f64)]| of.iter().map(|(_, by)| by * by).sum::<f64>();
-    let before = moved(found);
-    let (slot, most) = before.iter().copied().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-    if most.abs() < FAR || !found.converged() {
+/// Gravity along another axis of the base, or against it, with which calibration leaves what noise can be: a robot that hangs or stands on a
+/// wall, or a sign.
+fn gravity_elsewhere(evidence: &Evidence, limits: &Limits, found: &Calibration) -> Option<Diagnostic> {
+    let [_, most] = limits.noise;
+    let size = evidence.model.structure.gravity.norm();
+    if size == 0.0 {
         return None;
     }
-    let nearer = |way: &Hypothesis| {
-        let mut own = campaign.clone();
-        way.apply(model, &mut own, &mut model.registry.nominal());
-        let settings = Settings { second_order: false, ..Settings::default() };
-        calibrate(model, &own, &found.held_out, &settings, &mut |_| {}).is_ok_and(|again| {
-            let is_as_good = describes(campaign, &again) || again.noise_ratio <= found.noise_ratio;
-            again.converged() && is_as_good && squares(&before) - squares(&moved(&again)) > FAR * FAR
-        })
+    let settings = Settings { only: Some(found.slots.clone()), second_order: false, ..Settings::default() };
+    let left = |axis: [f64; 3]| {
+        let mut model = evidence.model.clone();
+        model.structure.gravity = size * Vector3::from(axis);
+        let again = calibrate(&model, evidence.campaign, &found.held_out, &settings, &mut |_| {}).ok()?;
+        let falls = again.noise_ratio <= most && again.noise_ratio * limits.fall <= found.noise_ratio;
+        (again.converged() && falls).then_some(again.after.fit.distance[1])
     };
-    let unknown = |way: Hypothesis| match way {
-        Hypothesis::Unknown { base, tool } if nearer(&way) => Some((base, tool)),
-        _ => None,
-    };
-    let what = match Hypothesis::all(model, campaign).into_iter().find_map(unknown)? {
-        (true, false) => "the base",
-        (false, _) => "the tool and the markers",
-        (true, true) => "base, tool and markers",
-    };
+    let of = |(axis, written)| Some((written, left(axis)?));
+    let (written, left) = DIRECTIONS.into_iter().filter_map(of).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let before = found.after.fit.distance[1];
     let message = format!(
-        "`{}` ends {:.0} tolerances from the description; with {what} estimated as well, residuals are as small and all constants stay nearer",
-        model.registry[slot].name,
-        most.abs()
+        "with `gravity` of the description along {written} the error of calibration falls from {} to {} mm: is its sign wrong, or does the robot \
+         hang or stand on a wall?",
+        mm(before),
+        mm(left)
     );
-    let remedy = format!("look where the description has {what}, or estimate them (`estimate:` in the campaign)");
-    Some(Diagnostic::warning(message).code(Code::MovedFar).remedy(remedy).figure("tolerances", most.abs()))
+    let remedy =
+        format!("`gravity` is the acceleration in axes of the base: `gravity: {written}`, as of a robot so mounted");
+    let diagnostic = Diagnostic::error(message).code(Code::Misread).remedy(remedy);
+    Some(diagnostic.figure("before_mm", 1e3 * before).figure("after_mm", 1e3 * left))
 }

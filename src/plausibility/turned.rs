@@ -59,7 +59,12 @@ impl Angles {
     ];
 
     /// Of one column among right ones.
-    pub const EXCHANGED: [(Self, Self); 2] = [(Self::Radians, Self::Degrees), (Self::Degrees, Self::Radians)];
+    pub const EXCHANGED: [(Self, Self); 4] = [
+        (Self::Radians, Self::Degrees),
+        (Self::Degrees, Self::Radians),
+        (Self::Gon, Self::Degrees),
+        (Self::Gon, Self::Radians),
+    ];
 
     /// One, rad.
     pub const fn size(self) -> f64 {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::identification::moved;
 use super::plots::bars;
 use super::table::Screen;
 use crate::description::raw::RawAmount;
@@ -45,6 +46,7 @@ pub fn diagnosis(found: &Diagnosis, screen: Screen) -> String {
     }
     out += &open(found);
     out.push('\n');
+    out += &found.since.as_ref().map_or(String::new(), |since| moved(since, screen));
     if !found.rejected.is_empty() {
         let _ = writeln!(out, "all readings, by degree of freedom: {:.4} mm with no effect", found.with_none);
         let row = |r: &Rejected| vec![r.effect.clone(), r.site.clone(), format!("{:.4}", r.rms_after), r.why.into()];

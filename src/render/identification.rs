@@ -359,7 +359,7 @@ fn steps(found: &Identification, screen: Screen) -> String {
 }
 
 /// What has moved since an earlier description: all parameters compared, what has moved first.
-fn moved(since: &Since, screen: Screen) -> String {
+pub(super) fn moved(since: &Since, screen: Screen) -> String {
     let row = |p: &MovedParameter| {
         let shown = |value: f64| number(p.unit, value);
         let flag = if p.moved { "moved" } else { "" };

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::identification::{NoiseSources, WeightSource};
 use super::own_weight::OwnWeight;
+use super::since::Since;
 use super::units::mm;
 use crate::description::campaign::Campaign;
 use crate::diagnosis::{
@@ -213,6 +214,9 @@ pub struct Diagnosis {
     pub drawn_from: Option<[usize; 2]>,
     /// What is re-fitted with whatever is tried: names of effects, and the parameters which that are here.
     pub refitted: Refitted,
+    /// What has moved since an earlier description, where one was given: the geometry and springs that it states, fitted without causes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub since: Option<Since>,
     /// The campaign's name.
     #[serde(skip)]
     pub campaign: String,
@@ -296,6 +300,7 @@ impl Diagnosis {
                 effects: campaign.calibrate.clone(),
                 parameters: found.refitted.iter().map(|slot| model.registry[*slot].name.clone()).collect(),
             },
+            since: None,
             campaign: campaign.name.clone(),
         }
     }

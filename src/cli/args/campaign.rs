@@ -212,6 +212,10 @@ pub struct Diagnose {
     /// Write the description as diagnosed: calibrated, effects switched on.
     #[arg(long, value_name = "FILE")]
     pub apply: Option<PathBuf>,
+    /// Also say which parameters have moved since this description, which takes the place of the campaign's: one that `identify --save`
+    /// wrote from an earlier campaign.
+    #[arg(long, value_name = "ROBOT", conflicts_with = "robot")]
+    pub since: Option<String>,
 }
 
 /// `compensator`

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::convert::{Expected, can_write, error, leaves, read_back, unusable, written};
-use super::identify::{has_lengths, left_to_fit, not_computed};
+use super::identify::{certain, has_lengths, left_to_fit, not_computed};
 use crate::Error;
 use crate::cli::args::Diagnose;
 use crate::cli::output::Output;
@@ -14,7 +14,7 @@ use crate::description::raw::{RawApplied, RawRobot, RawValidity};
 use crate::diagnosis::{Cause, Diagnosis, Level, Settings, diagnose};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::effects::EffectEntry;
-use crate::estimation;
+use crate::estimation::{self, changes, not_stated};
 use crate::files::LoadedRobot;
 use crate::model::{Model, with_values};
 use crate::observation::Purpose;
@@ -22,6 +22,7 @@ use crate::parameter::Group;
 use crate::plausibility::{Evidence, Limits, doubts, judge};
 use crate::render::diagnosis as render;
 use crate::results;
+use crate::results::Since;
 use crate::results::units::mm;
 
 pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
@@ -29,7 +30,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     if let Some(path) = &command.apply {
         can_write(path)?;
     }
-    let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
+    let loaded = session.reader.campaign(&command.campaign, command.since.as_deref().or(command.robot.as_deref()))?;
     let model = &loaded.robot.model;
     let campaign = &loaded.campaign;
     let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
@@ -45,9 +46,11 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
         .map_err(|error| not_computed(error.into(), model, campaign, session))?;
     drop(bar);
     let seconds = started.elapsed().as_secs_f64();
-    let result = results::Diagnosis::new(model, campaign, &found, seconds);
+    let mut result = results::Diagnosis::new(model, campaign, &found, seconds);
+    result.since = command.since.as_deref().map(|name| since(name, &loaded.robot, campaign, &found)).transpose()?;
     let mut output = Output::new(render::diagnosis(&result, session.terminal.screen), &result)?;
     output.diagnostics = loaded.diagnostics;
+    output.diagnostics.extend(result.since.as_ref().and_then(certain));
     judged.extend(doubts(model, campaign, &found, &Limits::default()));
     let written = Described::new(&loaded.robot, campaign, &found);
     judged.extend(worse_than_found(&written, session)?);
@@ -57,6 +60,17 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
         Some(path) => apply(path, written, output, session),
         None => Ok(output),
     }
+}
+
+/// What has moved since the description `name`, which the diagnosis took: what that states, fitted without causes to the readings that are no
+/// outliers.
+fn since(name: &str, robot: &LoadedRobot, campaign: &Campaign, found: &Diagnosis) -> Result<Since, Error> {
+    let (raw, model) = (&robot.raw, &robot.model);
+    let own = campaign.select(|_, reading| !found.outliers.contains(&reading.row));
+    let held_out: Vec<bool> = own.readings.iter().map(|reading| reading.check == Some(true)).collect();
+    let settings = estimation::comparable(raw, model, &own, estimation::Settings::default())?;
+    let fitted = estimation::calibrate(model, &own, &held_out, &settings, &mut |_| {})?;
+    Ok(Since::new(name, model, &changes(raw, model, &fitted), &not_stated(raw, model, &fitted)))
 }
 
 /// The description as diagnosed, and what it is of.

@@ -308,7 +308,7 @@ pub(super) fn not_computed(error: Error, model: &Model, campaign: &Campaign, ses
 }
 
 /// A warning of an earlier description that does not say how certain its values are.
-fn certain(since: &Since) -> Option<Diagnostic> {
+pub(super) fn certain(since: &Since) -> Option<Diagnostic> {
     let without = since.parameters.iter().filter(|parameter| !parameter.both).count();
     (without > 0).then(|| {
         let text = format!(

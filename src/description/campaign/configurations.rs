@@ -11,6 +11,9 @@ use crate::observation::MOST_ROWS;
 /// number, hardly ever three.
 const TELLING_ROWS: usize = 3;
 
+/// Variables of one neighbourhood differ by no more, rad or m: encoders of robots repeat to a hundredth of a degree at worst. A judgement.
+const NEAR: f64 = 2e-4;
+
 /// What must agree for readings of one configuration to be repeats.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Point {
@@ -52,6 +55,41 @@ impl Campaign {
             first[reading.pose] = *same;
         }
         first
+    }
+
+    /// The same of poses whose variables are within [`NEAR`] of those of the first one, as they are where joints are recorded anew at every
+    /// visit: what a model misses, or a drive leaves, is the same at all of them.
+    pub fn neighbourhoods(&self) -> Vec<usize> {
+        let mut first: Vec<usize> = (0..self.poses.len()).collect();
+        let mut seen = vec![false; self.poses.len()];
+        let widest = self.widest_variable();
+        let cell = |q: &[f64]| widest.and_then(|k| q.get(k)).map_or(0, |value| (value / NEAR).floor() as i64);
+        let mut known: HashMap<(usize, i64), Vec<usize>> = HashMap::new();
+        for (index, reading) in self.readings.iter().enumerate() {
+            if std::mem::replace(&mut seen[reading.pose], true) {
+                continue;
+            }
+            let (session, q) = (reading.session.session, self.configuration(index));
+            let is_near = |other: &&usize| {
+                self.configuration(**other).iter().zip(q).all(|(a, b)| a == b || (a - b).abs() <= NEAR)
+            };
+            let at = cell(q);
+            let near = [at - 1, at, at + 1].into_iter().filter_map(|cell| known.get(&(session, cell))).flatten();
+            match near.filter(is_near).min() {
+                Some(&other) => first[reading.pose] = self.readings[other].pose,
+                None => known.entry((session, at)).or_default().push(index),
+            }
+        }
+        first
+    }
+
+    /// The variable whose values differ most; `None` without readings or variables.
+    fn widest_variable(&self) -> Option<usize> {
+        let spread = |k: usize| {
+            let values = || (0..self.readings.len()).filter_map(move |index| self.configuration(index).get(k).copied());
+            values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+        };
+        (0..self.variables).map(|k| (k, spread(k))).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
     }
 
     /// Readings that are held out at configurations that are fitted as well, by marks of which readings are held out: what they leave

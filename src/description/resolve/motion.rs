@@ -71,8 +71,9 @@ fn ordered_variables(raw: &RawRobot, frames: &[Frame], diagnostics: &mut Collect
     }
     for (at, (variable, path)) in users.iter().enumerate() {
         if is_reserved(variable) {
-            let message = format!("variable `{variable}` has the name of a column of measurements");
-            diagnostics.reject(path, message, format!("call it `q{variable}`, say, here and in the tables"));
+            let message = format!("variable `{variable}` has the name of a column of measurements, or of a parameter");
+            let other = format!("q{}", variable.replace('.', "_"));
+            diagnostics.reject(path, message, format!("call it `{other}`, say, here and in the tables"));
         }
         if let Some((_, first)) = users[..at].iter().find(|(known, _)| known == variable) {
             let message = format!("variable `{variable}` moves two joints");
