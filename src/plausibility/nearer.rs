@@ -9,7 +9,7 @@ use super::hypothesis::Hypothesis;
 use super::trial::Trials;
 use super::words::words_of;
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::{Calibration, Settings, calibrate, describes};
+use crate::estimation::{Calibration, Estimate, Settings, calibrate, describes};
 use crate::parameter::{Group, Slot};
 
 /// Tolerances by which a constant moved from which it may stand for something else, and by which the constants have to stay nearer
@@ -45,11 +45,16 @@ pub(super) fn as_described(evidence: &Evidence, limits: &Limits) -> Vec<Diagnost
     found.map(|(way, _)| described(evidence, slot, most, &way)).into_iter().collect()
 }
 
-/// Of each constant of the geometry that was fitted, its change in tolerances.
+/// Of each constant of the geometry that was fitted, its change in tolerances as far as that is beyond its 95 % interval: what readings do
+/// not determine is anywhere.
 fn moved(evidence: &Evidence, of: &Calibration) -> Vec<(Slot, f64)> {
     let registry = &evidence.model.registry;
     let geometry = of.estimates.iter().filter(|own| registry[own.slot].group == Group::Geometry);
-    geometry.map(|own| (own.slot, (own.value - own.nominal) / registry[own.slot].tolerance)).collect()
+    let certain = |own: &Estimate| {
+        let by = own.value - own.nominal;
+        by.signum() * (by.abs() - own.ci95.unwrap_or(f64::INFINITY)).max(0.0)
+    };
+    geometry.map(|own| (own.slot, certain(own) / registry[own.slot].tolerance)).collect()
 }
 
 fn squares(of: &[(Slot, f64)]) -> f64 {

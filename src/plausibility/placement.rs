@@ -69,7 +69,9 @@ fn gravity_elsewhere(evidence: &Evidence, limits: &Limits, found: &Calibration) 
         model.structure.gravity = size * Vector3::from(axis);
         let again = calibrate(&model, evidence.campaign, &found.held_out, &settings, &mut |_| {}).ok()?;
         let falls = again.noise_ratio <= most && again.noise_ratio * limits.fall <= found.noise_ratio;
-        (again.converged() && falls).then_some(again.after.fit.distance[1])
+        // As above, an axis turned round explains nothing.
+        let is_sound = again.converged() && far_off(&model, &again).next().is_none();
+        (is_sound && falls).then_some(again.after.fit.distance[1])
     };
     let of = |(axis, written)| Some((written, left(axis)?));
     let (written, left) = DIRECTIONS.into_iter().filter_map(of).min_by(|a, b| a.1.total_cmp(&b.1))?;

@@ -113,6 +113,36 @@ fn what_has_moved_is_named_with_how_far() {
     assert_eq!(ran.status, 2, "{}", ran.err);
 }
 
+/// `diagnose` fits again what a description states, and says which of it moved.
+#[test]
+fn what_has_moved_is_named_beside_a_diagnosis() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    assert_eq!(run(path, &["init", "c"]).status, 0);
+    let simulated = |into: &str, more: &[&str]| {
+        let made = [
+            "simulate",
+            "c/robot.yaml",
+            "--poses",
+            "60",
+            "--markers",
+            "ball",
+            "--unknown-base",
+            "--unknown-tool",
+            "--errors",
+            "0",
+        ];
+        assert_eq!(run(path, &[&made[..], more, &["--into", into]].concat()).status, 0);
+    };
+    simulated("monday", &["--seed", "1"]);
+    simulated("friday", &["--seed", "2", "--set", "3.d=0.5"]);
+    assert_eq!(run(path, &["identify", "monday", "--save", "monday.yaml"]).status, 0);
+    let found = printed_json(path, &["diagnose", "friday", "--since", "monday.yaml"]);
+    assert_eq!(found["since"]["moved"], serde_json::json!(["3.d"]), "{:#}", found["since"]);
+    let ran = run(path, &["diagnose", "friday", "--since", "monday.yaml"]);
+    assert!(ran.out.contains("moved since monday.yaml: 3.d"), "{}", ran.out);
+}
+
 /// Base and tool alone, from readings without errors but for gross ones: the truth is found, saved and read back.
 #[test]
 fn a_robot_is_registered_in_spite_of_outliers() {

@@ -4,7 +4,8 @@
 use std::path::Path;
 
 use super::cli::run;
-use super::plausibility::{doubts, json, of_code, refuses, simulated, spoil, starter};
+use super::plausibility::{Table, doubts, json, of_code, refuses, simulated, spoil, starter};
+use super::support::{KR270_MASSES, heavy_kr270};
 
 const UNKNOWN: [&str; 2] = ["--unknown-base", "--unknown-tool"];
 
@@ -176,6 +177,83 @@ fn a_zero_that_is_far_off_in_a_small_region_is_fitted() {
     assert!(of_code(&found, "unusable-result").is_empty(), "{}", found["diagnostics"]);
 }
 
+/// One joint in gon over a small region: lengths of the arm take it up, by less than is refused.
+#[test]
+fn one_joint_in_gon_in_a_small_region_is_named() {
+    let folder = starter();
+    let at = folder.path();
+    let simulate = ["simulate", "c/robot.yaml", "--poses", "40", "--markers", "ball", "--share", "0.1", "--seed", "21"];
+    let made = run(at, &[&simulate[..], &UNKNOWN[..], &["--into", "s"]].concat());
+    assert_eq!(made.status, 0, "{}", made.err);
+    spoil(&at.join("s"), |t: &mut Table| t.scale(&["q5"], 10.0 / 9.0));
+    for command in ["identify", "diagnose"] {
+        let found = json(&run(at, &[command, "s", "--format", "json"]));
+        let said = of_code(&found, "wrong-units");
+        assert!(
+            said.len() == 1 && said[0]["message"].as_str().is_some_and(|text| text.contains("`q5` alone read as gon")),
+            "{}",
+            found["diagnostics"]
+        );
+    }
+    let saved = run(at, &["identify", "s", "--save", "x.yaml"]);
+    assert!(saved.status == 1 && !at.join("x.yaml").exists(), "{}{}", saved.out, saved.err);
+}
+
+/// Masses that gravity pulls the wrong way: springs take the sag up or end at their bounds.
+#[test]
+fn gravity_that_points_elsewhere_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let heavy = heavy_kr270(at, KR270_MASSES);
+    let made = run(
+        at,
+        &["simulate", &heavy, "--poses", "40", "--markers", "m1", "--unknown-base", "--seed", "3", "--into", "s"],
+    );
+    assert_eq!(made.status, 0, "{}", made.err);
+    let text = std::fs::read_to_string(&heavy).expect("text");
+    for wrong in ["gravity: [0, 0, 9.81]", "gravity: [0, 9.81, 0]"] {
+        std::fs::write(at.join("wrong.yaml"), text.replace("gravity: [0, 0, -9.81]", wrong)).expect("written");
+        let ran = run(at, &["identify", "s", "--robot", "wrong.yaml"]);
+        assert!(
+            ran.status == 2 && ran.err.contains("with `gravity` of the description along [0, 0, -9.81]"),
+            "{}{}",
+            ran.out,
+            ran.err
+        );
+    }
+}
+
+/// One visit four times over, joints and values scattered in the last digits: intervals are those of the visits.
+#[test]
+fn copies_in_other_digits_do_not_narrow_intervals() {
+    let folder = starter();
+    let at = folder.path();
+    let width = |folder: &str| {
+        let found = json(&run(at, &["identify", folder, "--format", "json"]));
+        let own = found["parameters"].as_array().expect("parameters").iter().find(|one| one["name"] == "2.d");
+        own.and_then(|one| one["ci95"].as_f64()).expect("an interval")
+    };
+    let once = width("c");
+    spoil(&at.join("c"), |t: &mut Table| {
+        let columns: Vec<usize> = ["q1", "q2", "q3", "q4", "q5", "q6", "x", "y", "z"].map(|name| t.column(name)).into();
+        let rows = t.rows.clone();
+        for copy in 1..4 {
+            for (k, row) in rows.iter().enumerate() {
+                let mut row = row.clone();
+                row[t.column("pose")] = format!("{}-{copy}", row[t.column("pose")]);
+                for (j, &column) in columns.iter().enumerate() {
+                    let by = 0.002 * f64::sin((7 * k + 3 * j + 11 * copy) as f64);
+                    let value: f64 = row[column].parse().expect("a number");
+                    row[column] = (value + by).to_string();
+                }
+                t.rows.push(row);
+            }
+        }
+    });
+    let four = width("c");
+    assert!(four > 0.8 * once, "{four} of four copies, {once} of one");
+}
+
 /// A marker that is not where the description says, taken as known: an axis turns for it, by less than is refused.
 #[test]
 fn a_marker_taken_as_known_is_looked_at_where_an_axis_turns_for_it() {
@@ -229,4 +307,34 @@ fn intervals_of_robust_losses_count_errors_that_readings_share() {
         let ratio = (mean(half(loss)) - squares).exp();
         assert!((0.85..1.3).contains(&ratio), "{loss}: {ratio}");
     }
+}
+
+/// A variable with the name of a parameter of the base, or of a column.
+#[test]
+fn variables_with_names_of_other_things_are_refused() {
+    let folder = starter();
+    let at = folder.path();
+    let path = at.join("c/robot.yaml");
+    let text = std::fs::read_to_string(&path).expect("text");
+    for (wrong, other) in [("base.x", "call it `qbase_x`"), ("fx", "call it `qfx`")] {
+        std::fs::write(&path, text.replace("variable: q6", &format!("variable: {wrong}"))).expect("written");
+        let ran = run(at, &["check", "c/robot.yaml"]);
+        assert!(ran.status == 2 && ran.err.contains(other), "{}{}", ran.out, ran.err);
+    }
+}
+
+/// A tenth of the orientations wrong by thirty times their noise: plain squares spread that over all, a robust fit shows which.
+#[test]
+fn orientations_that_hide_each_other_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    simulated(at, "universal-ur5", &[&UNKNOWN[..], &["--poses", "60", "--observes", "pose", "--seed", "31"]].concat());
+    spoil(&at.join("s"), |t: &mut Table| {
+        let column = t.column("rz");
+        for row in [3, 11, 20, 34, 43, 55] {
+            let value: f64 = t.rows[row][column].parse().expect("deg");
+            t.rows[row][column] = (value + 0.1).to_string();
+        }
+    });
+    doubts(at, &["identify", "s"], "outlying-readings", &["orientations of 6 of 60 readings"]);
 }
