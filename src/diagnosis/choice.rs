@@ -20,8 +20,8 @@ use super::selection::Selector;
 use super::settings::Settings;
 use super::shared_site::curves_for_laws;
 use super::unnamed::{
-    curve, drop_negative, drop_replaced, without_held, without_lesser, without_outdone, without_series,
-    without_unknown, without_unlikely,
+    curve, drop_negative, drop_replaced, without_held, without_idle_joints, without_lesser, without_outdone,
+    without_series, without_unknown, without_unlikely,
 };
 use crate::effects::Family;
 use crate::math::quantiles::normal_of_any;
@@ -114,6 +114,7 @@ fn sifted(forward: &Forward, claims: Vec<Claim>, tests: &Tests, settings: &Setti
     claims = without_series(forward, claims, settings);
     claims = without_lesser(forward, claims, tests.members);
     claims = without_unlikely(forward, claims, settings);
+    claims = without_idle_joints(forward, claims, tests.noise);
     drop_negative(&mut claims, forward.problem);
     for _ in 0..settings.claims.curves {
         let taken: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();

@@ -34,6 +34,8 @@ pub struct Claim {
     pub support: Option<Support>,
     /// How often it wins among all that were compared.
     pub stability: Stability,
+    /// Whether it is one of several joints that are one cause, all of which share what speaks for it.
+    pub is_of_set: bool,
 }
 
 impl Claim {
@@ -87,8 +89,8 @@ pub fn claims(
         return vec![compared.curve(0, first(0).level_by_driver())];
     }
     let is_tied = |at: usize| match sharp {
-        Some(sharp) => sets[at].len() == 1 && sharp.iter().any(|rival| hypotheses[rival.hypothesis].is_same(first(at))),
-        None => compared.is_rival(at, 0),
+        Some(sharp) if sets[at].len() == 1 => sharp.iter().any(|rival| hypotheses[rival.hypothesis].is_same(first(at))),
+        _ => compared.is_rival(at, 0),
     };
     let mut tied: Vec<usize> = (1..sets.len()).filter(|&at| !first(at).is_free() && is_tied(at)).collect();
     tied.sort_by(|&a, &b| compared.total(a).total_cmp(&compared.total(b)));
@@ -207,7 +209,7 @@ impl Compared<'_> {
                 self.twins(hypothesis).into_iter().filter(|twin| rivals.iter().all(|rival| rival.hypothesis != *twin));
             let twins = twins.map(|hypothesis| Rival { hypothesis, loss: 0.0, is_of_joints: false });
             let rivals = twins.chain(rivals.iter().cloned()).collect();
-            Claim { hypothesis, level, rivals, support, stability }
+            Claim { hypothesis, level, rivals, support, stability, is_of_set: !is_one }
         };
         self.sets[own].iter().map(claim).collect()
     }
@@ -263,7 +265,7 @@ impl Compared<'_> {
             return None;
         };
         let support = Some(gates.support(of_gap, self.is_sharp));
-        Some(Claim { hypothesis: *hypothesis, level, rivals: Vec::new(), support, stability })
+        Some(Claim { hypothesis: *hypothesis, level, rivals: Vec::new(), support, stability, is_of_set: false })
     }
 
     /// The best free curve, where no law holds and all that does as well sits at its site, or is of its family.
@@ -298,6 +300,6 @@ impl Compared<'_> {
     /// A free curve, claimed without a law.
     fn curve(&self, at: usize, level: Level) -> Claim {
         let (hypothesis, stability) = (self.sets[at][0], self.stability(at, &[]));
-        Claim { hypothesis, level, rivals: Vec::new(), support: None, stability }
+        Claim { hypothesis, level, rivals: Vec::new(), support: None, stability, is_of_set: false }
     }
 }

@@ -36,7 +36,7 @@ pub fn few_angles(
     let excess = total - (freedom + 1.0) * noise * noise;
     let mut best: Option<(f64, FewAngles, DVector<f64>)> = None;
     let mut tried = 0.0;
-    windows::each((model, campaign), problem, &free, |site, window, column| {
+    windows::each((model, campaign), problem, &free, windows::LEAST, |site, window, column| {
         tried += 1.0;
         // What is left is orthogonal to the basis already.
         let along = column.dot(&left);

@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 
 use super::compared::Compared;
 use super::held_out::paired;
-use super::windows::of_joint;
+use super::windows::{LEAST, of_joint};
 use crate::effects::{Family, SiteKind};
 use crate::math::quantiles::normal_of_any;
 
@@ -25,7 +25,7 @@ impl Compared<'_> {
         }
         let mut windows: Vec<DMatrix<f64>> = Vec::new();
         let read = (readings.model, readings.campaign);
-        of_joint(read, problem, self.forward.free_errors, &law.site, |_, column| {
+        of_joint(read, problem, self.forward.free_errors, (&law.site, LEAST), |_, column| {
             windows.push(DMatrix::from_columns(std::slice::from_ref(column)));
         });
         let certain = normal_of_any(settings.of_any, windows.len().max(1)).max(settings.paired_t);

@@ -58,6 +58,9 @@ pub fn stand_apart(competition: &Competition, marked: &[bool], settings: &Outlie
 /// from which on these are no outliers: with one amount for all, outliers share neither direction nor size. A
 /// judgement; tried on random outliers and on teeth of 10 to 30 deg.
 const OF_ONE_PLACE: f64 = 0.7;
+/// Configurations of which all of several points are wrong that show as much: rows of two falling by half by chance, with one amount, is one
+/// in thousands.
+const PAIR: usize = 2;
 /// The fall of a configuration's squares that counts.
 const BY_HALF: f64 = 0.5;
 
@@ -70,14 +73,22 @@ pub fn are_of_one_place(inputs: &Inputs, competition: &Competition, marked: &[bo
     let is_marked = |row: &usize| marked.get(all.reading[*row]) == Some(&true);
     let rows: Vec<usize> = (0..all.rows()).filter(is_marked).collect();
     let poses: Vec<&[usize]> = rows.chunk_by(|a, b| all.pose[*a] == all.pose[*b]).collect();
-    if poses.len() < LEAST {
+    // Of a wrong reading the other points of its configuration know nothing: where all of several are wrong, two configurations tell.
+    let is_whole = |pose: &&[usize]| {
+        let own = (0..all.rows()).filter(|&row| all.pose[row] == all.pose[pose[0]]);
+        let mut readings: Vec<usize> = own.map(|row| all.reading[row]).collect();
+        readings.dedup();
+        readings.len() > 1 && readings.iter().all(|&reading| marked.get(reading) == Some(&true))
+    };
+    let least = if poses.iter().all(is_whole) { PAIR } else { LEAST };
+    if poses.len() < least {
         return Ok(false);
     }
     let free = FreeErrors::new(model, campaign, &competition.values, all)?;
     let (residual, _) = residuals(competition, marked);
     let most = (OF_ONE_PLACE * poses.len() as f64).ceil() as usize;
     let mut are = false;
-    windows::each((model, campaign), all, &free, |_, _, column| {
+    windows::each((model, campaign), all, &free, least, |_, _, column| {
         let size = column.norm_squared();
         if are || size == 0.0 {
             return;
@@ -87,7 +98,7 @@ pub fn are_of_one_place(inputs: &Inputs, competition: &Competition, marked: &[bo
             let squares = |by: f64| pose.iter().map(|&row| (residual[row] - by * column[row]).powi(2)).sum::<f64>();
             squares(amount) < BY_HALF * squares(0.0)
         };
-        are = poses.iter().filter(falls).count() >= most.max(LEAST);
+        are = poses.iter().filter(falls).count() >= most.max(least);
     });
     Ok(are)
 }

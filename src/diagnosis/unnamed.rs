@@ -67,8 +67,9 @@ pub fn without_held(hypotheses: &[Hypothesis], mut claims: Vec<Claim>) -> Vec<Cl
     claims
 }
 
-/// The claims, those of one law with several values at one site replaced by a curve there, where one can stand for them: three of
-/// them have any shape, and so have two neither of which takes most away by itself.
+/// The claims, those of one law with several values at one site, or of several laws there that follow the same, replaced by a curve there,
+/// where one can stand for them: three of them have any shape, and so have two neither of which takes most away by itself. Of two laws
+/// of which one does, the other is a correction of its shape, and is no cause.
 pub fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings) -> Vec<Claim> {
     let hypotheses = &forward.problem.hypotheses;
     let squares = |members: &[usize]| forward.selector.fit(members).squares;
@@ -76,7 +77,11 @@ pub fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings
     let mut kept = claims.clone();
     for first in claims.iter().filter(|claim| is_law(claim)) {
         let law = &hypotheses[first.hypothesis];
-        let is_of_series = |claim: &&Claim| is_law(claim) && hypotheses[claim.hypothesis].is_same(law);
+        let is_of_series = |claim: &&Claim| {
+            let other = &hypotheses[claim.hypothesis];
+            let follows_same = other.site.name == law.site.name && other.family() == law.family();
+            is_law(claim) && (other.is_same(law) || follows_same && !claim.is_of_set && !first.is_of_set)
+        };
         let (series, others): (Vec<&Claim>, Vec<&Claim>) = kept.iter().partition(is_of_series);
         let taken: Vec<usize> = others.iter().map(|claim| claim.hypothesis).collect();
         let with = |own: &[&Claim]| -> f64 {
@@ -84,16 +89,44 @@ pub fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings
             squares(&taken.iter().copied().chain(own).collect::<Vec<usize>>())
         };
         let before = with(&[]);
-        let alone = series.iter().map(|&claim| before - with(&[claim])).fold(0.0, f64::max);
-        let is_one_value = series.len() < 3 && alone >= settings.claims.of_site * (before - with(&series));
-        if series.len() < 2 || is_one_value {
-            continue;
-        }
-        let found = curve(forward, &taken, Some(law), settings);
-        let found = found.unwrap_or_else(|| Claim { level: Level::Family, ..series[0].clone() });
+        let alone = |claim: &&Claim| before - with(&[claim]);
+        let greatest = series.iter().copied().max_by(|a, b| alone(a).total_cmp(&alone(b)));
+        let Some(greatest) = greatest.filter(|_| series.len() > 1) else { continue };
+        let is_most = series.len() < 3 && alone(&greatest) >= settings.claims.of_site * (before - with(&series));
+        let found = if is_most {
+            let own = &hypotheses[greatest.hypothesis];
+            if series.iter().all(|claim| hypotheses[claim.hypothesis].is_same(own)) {
+                continue;
+            }
+            greatest.clone()
+        } else {
+            let found = curve(forward, &taken, Some(law), settings);
+            found.unwrap_or_else(|| Claim { level: Level::Family, ..series[0].clone() })
+        };
         kept = others.into_iter().cloned().chain([found]).collect();
     }
     kept
+}
+
+/// The claims without those of several joints, one cause together, whose own amounts are not known to be any with all others fitted, where
+/// the rest of them explain as much: all share what speaks for the cause, and not all need have it.
+pub fn without_idle_joints(forward: &Forward, mut claims: Vec<Claim>, noise: f64) -> Vec<Claim> {
+    let is_idle = |claim: &Claim| {
+        let others = claims.iter().map(|other| other.hypothesis).filter(|&h| h != claim.hypothesis);
+        let gain = forward.selector.gains(&others.collect::<Vec<usize>>())[claim.hypothesis];
+        claim.is_of_set && gain.squares < gain.directions.max(1) as f64 * (normal95() * noise).powi(2)
+    };
+    let idle: Vec<usize> = claims.iter().filter(|claim| is_idle(claim)).map(|claim| claim.hypothesis).collect();
+    let is_left = |claim: &Claim| !idle.contains(&claim.hypothesis);
+    if idle.is_empty() || !claims.iter().any(|claim| claim.is_of_set && is_left(claim)) {
+        return claims;
+    }
+    let taken: Vec<usize> = claims.iter().filter(|claim| is_left(claim)).map(|claim| claim.hypothesis).collect();
+    let losses = forward.losses(&taken, std::slice::from_ref(&idle));
+    if !losses.with.first().is_some_and(|with| forward.is_worth(&losses.base, with)) {
+        claims.retain(|claim| !idle.contains(&claim.hypothesis));
+    }
+    claims
 }
 
 /// The claims, those of a law by their family where another value of it at their site, which takes more, is among the `members` chosen and
@@ -233,5 +266,6 @@ pub fn curve(forward: &Forward, taken: &[usize], law: Option<&Hypothesis>, setti
         rivals: Vec::new(),
         support: None,
         stability,
+        is_of_set: false,
     })
 }
