@@ -16,6 +16,7 @@ use crate::model::Model;
 /// Errors of the readings that judge, with one set of parameters.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetErrors {
+    /// Position errors (mm), and errors of orientations and loads where readings hold them.
     #[serde(flatten)]
     pub errors: ReadingErrors,
     /// Along x, y, z, of readings that have all three.
@@ -47,7 +48,9 @@ impl SetErrors {
 /// In how many of the configurations that judge the identified set is closer.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Closer {
+    /// Configurations whose weighted sums of squares differ between the two sets.
     pub configurations: usize,
+    /// Those of them in which the identified set has the smaller sum.
     pub identified_closer: usize,
     /// Probability of a count as uneven were both sets as good (sign test).
     pub chance: f64,
@@ -72,9 +75,13 @@ pub struct AgainstOther {
     pub judged_by: FitOrCheck,
     /// What `before` holds.
     pub before_is: Before,
+    /// Errors before either set is applied.
     pub before: SetErrors,
+    /// Errors with the other set.
     pub other: SetErrors,
+    /// Errors with the identified set.
     pub identified: SetErrors,
+    /// In how many configurations the identified set is closer.
     pub closer: Closer,
     /// Identified parameters of the robot that both sets have.
     pub parameters: Vec<Difference>,
@@ -128,9 +135,13 @@ fn closer(campaign: &Campaign, identified: &[f64], other: &[f64], among: &dyn Fn
 /// An identified parameter of the robot and the other set's value, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Difference {
+    /// Name of the parameter.
     pub name: String,
+    /// Unit of the values, of their difference and of its interval.
     pub unit: &'static str,
+    /// Value of the other set.
     pub other: f64,
+    /// Identified value.
     pub identified: f64,
     /// Identified less other.
     pub difference: f64,
@@ -140,6 +151,7 @@ pub struct Difference {
     pub both: bool,
     /// Probability of a difference as great by chance, all parameters considered (Holm).
     pub p: f64,
+    /// Whether `p` is below 5 %.
     pub differs: bool,
 }
 

@@ -20,7 +20,9 @@ pub struct ScoredCampaign {
 /// The score, and each campaign.
 #[derive(Debug, Serialize)]
 pub struct BlindScore {
+    /// Figures over all campaigns.
     pub score: Score,
+    /// Answer and truth of each campaign.
     pub campaigns: Vec<ScoredCampaign>,
     /// The same with the true effect of each single one taken out of the catalogue, where that was asked for.
     pub left_out: Option<LeftOut>,
@@ -29,7 +31,9 @@ pub struct BlindScore {
 /// What is said where the true effect is not in the catalogue.
 #[derive(Debug, Serialize)]
 pub struct LeftOut {
+    /// Figures over these campaigns.
     pub score: Score,
+    /// Answer and truth of each of them.
     pub campaigns: Vec<ScoredCampaign>,
 }
 

@@ -21,7 +21,9 @@ use crate::parameter::Group;
 /// Readings by the column `set`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Sets {
+    /// Readings that the file assigns to the fit.
     pub fit: usize,
+    /// Readings that the file holds out to check.
     pub check: usize,
     /// Readings that the file assigns to neither: commands hold a share of their configurations out.
     pub unassigned: usize,
@@ -30,8 +32,11 @@ pub struct Sets {
 /// How far a variable goes over the campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JointRange {
+    /// `deg` of an angle, `mm` of a length: of all values here.
     pub unit: &'static str,
+    /// Least value in a reading.
     pub least: f64,
+    /// Greatest value in a reading.
     pub most: f64,
     /// Of the description.
     pub limits: Option<[f64; 2]>,
@@ -88,17 +93,24 @@ impl StatedNoise {
 pub struct AppliedLoads {
     /// Readings under load.
     pub readings: usize,
+    /// Greatest magnitude of a force applied on the tool, N.
     pub greatest_force: f64,
+    /// Greatest magnitude of a torque applied on the tool, N.m.
     pub greatest_moment: f64,
 }
 
 /// Parameters that `identify` will try to estimate, before the reduction drops what the readings cannot separate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ToEstimate {
+    /// Pose of the base in the measurement frame.
     pub base: Vec<String>,
+    /// Tool centre point and markers.
     pub tool: Vec<String>,
+    /// Geometric constants of the robot.
     pub geometry: Vec<String>,
+    /// Springs, sections and masses.
     pub elastic: Vec<String>,
+    /// Amounts of the effects that are switched on.
     pub effects: Vec<String>,
     /// Places of contacts and anchors, zeros, gains and offsets of sensors, the instrument's scale.
     pub targets: Vec<String>,
@@ -109,14 +121,18 @@ pub struct ToEstimate {
 /// Noise of an instrument from readings in which no robot is, one sigma of a coordinate, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NoiseFigure {
+    /// Standard deviation of a coordinate, mm.
     pub sigma: f64,
+    /// Degrees of freedom of the estimate.
     pub degrees_of_freedom: f64,
 }
 
 /// Motion of the fixed reflectors against the instrument, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ReferenceMotion {
+    /// Root mean square displacement from the mean places.
     pub rms: f64,
+    /// Greatest displacement from the mean places.
     pub greatest: f64,
     /// From the first tenth of the times to the last.
     pub drift: f64,
@@ -173,21 +189,29 @@ impl InstrumentNoise {
 /// What `check` finds of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CampaignCheck {
+    /// Name of the campaign.
     pub campaign: String,
+    /// Name of the robot.
     pub robot: String,
+    /// Kind of the readings, as the campaign declares it; `kinds` counts those of each kind.
     pub observes: Observes,
     /// Readings by kind.
     pub kinds: IndexMap<&'static str, usize>,
+    /// Number of readings.
     pub readings: usize,
+    /// Number of distinct configurations.
     pub configurations: usize,
     /// Readings by marker; `TCP` is the tool centre point.
     pub markers: IndexMap<String, usize>,
+    /// Readings to fit and to check, as the file assigns them.
     pub sets: Sets,
     /// What says which reading came before which.
     pub order: ReadingOrder,
     /// Readings by session, station, file, contact, placement, anchor and payload, where there are such.
     pub parts: Vec<PartCount>,
+    /// Unit of lengths.
     pub unit: &'static str,
+    /// Range of each variable over the readings.
     pub joints: IndexMap<String, JointRange>,
     /// Which joints the model is evaluated at: `plain` columns, `commanded` or `recorded`; `None` where the files give no others.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -201,12 +225,15 @@ pub struct CampaignCheck {
     pub loads: Option<AppliedLoads>,
     /// Columns of conditions: sides of approach, time, temperatures.
     pub conditions: Vec<String>,
+    /// Parameters that `identify` will try to estimate.
     pub estimate: ToEstimate,
     /// Effects that a diagnosis re-fits whatever it tries.
     pub calibrate: Vec<String>,
     /// Elements of the description left out.
     pub without: Vec<String>,
+    /// Whether the readings are predicted with own weight.
     pub own_weight: OwnWeight,
+    /// Warnings raised on reading the campaign and the robot.
     pub warnings: Vec<Diagnostic>,
     /// Readings hold an orientation in addition to a position.
     #[serde(skip)]

@@ -30,9 +30,13 @@ pub enum Verdict {
 /// Position errors of readings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct CertifiedErrors {
+    /// Number of readings.
     pub readings: usize,
+    /// Mean error, mm.
     pub mean: f64,
+    /// Root mean square error, mm.
     pub rms: f64,
+    /// Greatest error, mm.
     pub max: f64,
     /// Mean and three standard deviations.
     pub mean_3s: f64,
@@ -41,11 +45,17 @@ pub struct CertifiedErrors {
 /// One reading: Euclidean errors with base and markers fitted alone, and calibrated.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CertifiedReading {
+    /// Row of the measurements' file.
     pub row: usize,
+    /// Name of the configuration.
     pub pose: String,
+    /// Name of the marker; `TCP` is the tool centre point.
     pub marker: String,
+    /// Whether it was fitted or held out.
     pub set: FitOrCheck,
+    /// Position error with base and markers fitted alone, mm.
     pub before: f64,
+    /// Position error after calibration, mm.
     pub after: f64,
     /// Along x, y, z of the measurement frame, calibrated.
     pub error: Vec<f64>,
@@ -54,8 +64,11 @@ pub struct CertifiedReading {
 /// A pose measured several times (ISO 9283:1998, 7.2): AP, RP and, reached from several sides, vAP.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CertifiedPose {
+    /// Name of the configuration of its first reading.
     pub pose: String,
+    /// Name of the marker; `TCP` is the tool centre point.
     pub marker: String,
+    /// Number of readings.
     pub cycles: usize,
     /// AP with base and markers fitted alone.
     pub accuracy_before: f64,
@@ -63,7 +76,9 @@ pub struct CertifiedPose {
     pub accuracy: f64,
     /// RP, likewise.
     pub repeatability: f64,
+    /// AP of the orientation, calibrated, deg: angle of the mean rotation error; `None` of readings without orientation.
     pub orientation_accuracy: Option<f64>,
+    /// RP of the orientation, calibrated, deg; `None` of readings without orientation.
     pub orientation_repeatability: Option<f64>,
     /// vAP.
     pub variation: Option<f64>,
@@ -80,7 +95,9 @@ pub struct CertifiedPose {
 pub struct CertifiedDirection {
     /// Variables whose side of approach is known, with the sign of its column: `q1+` came from above, its angle falling.
     pub approach: String,
+    /// Number of readings from this side.
     pub cycles: usize,
+    /// AP of the position over these readings, calibrated, mm.
     pub accuracy: f64,
     /// `None` of a single cycle.
     pub repeatability: Option<f64>,
@@ -98,29 +115,42 @@ pub struct CertifiedInstrument {
 /// What a certificate states.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Certificate {
+    /// Name of the campaign.
     pub campaign: String,
+    /// Maker and type of the robot as `about` states them, or else the description's name.
     pub robot: String,
+    /// Unit of lengths.
     pub unit: &'static str,
+    /// Factor from standard to expanded uncertainties: 2, for 95 % of a normal distribution.
     pub coverage_factor: f64,
+    /// Verdict on the tolerance; `None` where no tolerance was given.
     pub verdict: Option<Verdict>,
+    /// Greatest position error allowed, mm, where it was given.
     pub tolerance: Option<f64>,
     /// Why it is decided so; without a tolerance, why the readings held out cannot judge, if they cannot.
     pub reason: Option<String>,
     /// Whether the errors are those of readings held out.
     pub held_out: bool,
+    /// Errors of the readings that judge, with base and markers fitted alone.
     pub before: CertifiedErrors,
+    /// Errors of the readings that judge, calibrated.
     pub after: CertifiedErrors,
     /// `None` where no noise is stated.
     pub instrument: Option<CertifiedInstrument>,
     /// Expanded uncertainty (k = 2) of the positions that the calibrated description predicts: root mean square and
     /// greatest over the readings.
     pub predicted: Option<[f64; 2]>,
+    /// Accuracy and repeatability of poses measured several times.
     pub poses: Vec<CertifiedPose>,
+    /// Errors of each reading, fitted ones included.
     pub readings: Vec<CertifiedReading>,
+    /// What the campaign states for the certificate: customer, instrument, traceability and so on.
     pub about: RawCertificate,
+    /// Whether the calibration ended at a minimum.
     pub converged: bool,
     /// Of the program.
     pub version: &'static str,
+    /// The command that made it.
     pub command: String,
 }
 

@@ -14,7 +14,9 @@ use crate::model::Model;
 /// A sum of changes, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CombinedParameter {
+    /// Name of the sum in the convention.
     pub name: String,
+    /// Unit of the value and its interval.
     pub unit: &'static str,
     /// Change from the description.
     pub value: f64,
@@ -25,7 +27,9 @@ pub struct CombinedParameter {
 /// The parameters of a convention.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CombinedParameters {
+    /// Name of the convention.
     pub convention: String,
+    /// Its sums, in the order declared.
     pub parameters: Vec<CombinedParameter>,
     /// Between them, in their order; 0 where nothing was estimated.
     pub correlation: Vec<Vec<f64>>,

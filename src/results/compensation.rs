@@ -14,12 +14,17 @@ use crate::process::Bent;
 /// How the robot misses a target without correction, by what causes it, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Deviation {
+    /// Displacement of the tool from the target by all causes together, base axes; the sum of the four that follow.
     pub all: [f64; 3],
-    /// rad.
+    /// Angle between the tool's axes and the target's, rad.
     pub orientation: f64,
+    /// By the difference between the calibrated constants and the controller's, base axes.
     pub geometry: [f64; 3],
+    /// By own weight and preloads, base axes.
     pub weight: [f64; 3],
+    /// By the applied wrench, that of a process included, base axes.
     pub wrench: [f64; 3],
+    /// By the effects of the description, base axes.
     pub effects: [f64; 3],
 }
 
@@ -86,12 +91,15 @@ impl StripLeft {
 /// A point that is met.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CorrectedPoint {
+    /// Position in the path, from 0.
     pub index: usize,
+    /// Name of the point.
     pub name: String,
     /// Commands, rad and m.
     pub joints: IndexMap<String, f64>,
     /// Predicted distance from the target.
     pub residual: f64,
+    /// Predicted angle from what is held of the target's axes, rad.
     pub orientation_residual: f64,
     /// Standard uncertainty of the point along x, y, z, m, where the description says how it was fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -99,6 +107,7 @@ pub struct CorrectedPoint {
     /// By direction that is not held: how far the point is off the target, m along x, y, z of the base, rad about rx, ry, rz of
     /// the target.
     pub let_go: IndexMap<&'static str, f64>,
+    /// Always `ok` here; a point that cannot be met is a [`RefusedPoint`].
     pub status: PointStatus,
     /// Commands less nominal ones.
     pub correction: Option<IndexMap<String, f64>>,
@@ -106,6 +115,7 @@ pub struct CorrectedPoint {
     pub pose: Option<[f64; 6]>,
     /// `None` where arm and process have no equilibrium without correction.
     pub before: Option<Deviation>,
+    /// Force (N) and torque (N.m) on the tool at the target, those of a process included, base axes.
     pub wrench: [f64; 6],
     /// With a process: distance from the target of the equilibrium found from the commands alone.
     pub settled: Option<f64>,
@@ -116,14 +126,18 @@ pub struct CorrectedPoint {
     /// `--equilibrium` and in a stream.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub linear_error: Option<f64>,
+    /// Steps of the search that found the commands.
     pub iterations: usize,
+    /// Condition number of the Jacobian at the nominal commands, m and rad on levers of 1 m.
     pub condition: f64,
 }
 
 /// Whether a point can be met: `ok`, or `refused: ` and why.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum PointStatus {
+    /// The point is met.
     Ok,
+    /// The point is refused, and why.
     Refused(String),
 }
 
@@ -145,11 +159,15 @@ impl Serialize for PointStatus {
 /// A point that cannot be met.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RefusedPoint {
+    /// Position in the path, from 0.
     pub index: usize,
+    /// Name of the point.
     pub name: String,
     joints: Option<f64>,
     residual: Option<f64>,
+    /// `refused: ` and why.
     pub status: PointStatus,
+    /// Why it is refused, in words.
     #[serde(skip)]
     pub why: String,
 }
@@ -165,15 +183,20 @@ impl RefusedPoint {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum CompensatedPoint {
+    /// The point is met.
     Corrected(Box<CorrectedPoint>),
+    /// The point cannot be met.
     Refused(RefusedPoint),
 }
 
 /// Distances from the targets.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Distances {
+    /// Mean, m.
     pub mean: f64,
+    /// Root mean square, m.
     pub rms: f64,
+    /// Greatest, m.
     pub max: f64,
 }
 
@@ -188,7 +211,9 @@ impl Distances {
 /// What `compensate` finds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compensation {
+    /// Unit of lengths.
     pub unit: &'static str,
+    /// All points of the path, in order.
     pub points: Vec<CompensatedPoint>,
     /// Without correction.
     pub before: Distances,
@@ -206,9 +231,11 @@ pub struct Compensation {
     pub sides: Sides,
     /// Directions of the targets that are held.
     pub held: Vec<&'static str>,
+    /// Whether the predictions hold the deflection by own weight.
     pub own_weight: OwnWeight,
     /// Effects of the measurement, which are not compensated.
     pub left_out: Vec<String>,
+    /// Name of the process that pushes on the tool; absent without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub process: Option<String>,
     /// With a strip that can yield: what remains of it.
@@ -216,8 +243,10 @@ pub struct Compensation {
     pub strip: Option<StripLeft>,
     /// The file of the commands.
     pub table: Option<String>,
+    /// Name of the robot.
     #[serde(skip)]
     pub robot: String,
+    /// Variables of the robot, in the order of the commands.
     #[serde(skip)]
     pub variables: Vec<Variable>,
 }

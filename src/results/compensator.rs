@@ -10,22 +10,29 @@ use crate::parameter::Parameter;
 /// A number with the half width of its 95 % interval; `None` where that is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimated {
+    /// The value, in `unit`.
     pub value: f64,
+    /// Half width of the 95 % interval, in `unit`; `None` where it is unknown.
     pub ci95: Option<f64>,
+    /// Unit of the value and the interval.
     pub unit: &'static str,
 }
 
 /// A number or vector with its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WithUnit<T> {
+    /// The value, in `unit`.
     pub value: T,
+    /// Unit of the value.
     pub unit: &'static str,
 }
 
 /// Compliance of the joint at an angle (deg), 1e-6 rad/(N.m): given and fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct CompliancePoint {
+    /// Angle of the joint, deg.
     pub q: f64,
+    /// Compliance of the joint given, or found from the deflections, at this angle.
     pub k2: f64,
     /// Half width of its 95 % interval, where known.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -33,6 +40,7 @@ pub struct CompliancePoint {
     /// Number of deflections at the angle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub readings: Option<usize>,
+    /// Compliance at this angle by the law of the spring, fitted to those of all angles.
     pub fitted: f64,
     /// By the fit in one step.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -42,7 +50,9 @@ pub struct CompliancePoint {
 /// A compliance of another joint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OtherCompliance {
+    /// Name of the parameter.
     pub name: String,
+    /// Its value, as the description states it (compliance or stiffness), with interval and unit.
     #[serde(flatten)]
     pub found: Estimated,
 }
@@ -50,8 +60,11 @@ pub struct OtherCompliance {
 /// One way from deflections to the compensator.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CompensatorWay {
+    /// Compliance of the joint without the spring, 1e-6 rad/(N.m).
     pub k2_0: Estimated,
+    /// Compliance of the spring, 1e-6 m/N.
     pub kc: Estimated,
+    /// Free length of the spring, mm.
     pub s0: Estimated,
     /// The other compliances fitted with them.
     pub others: Vec<OtherCompliance>,
@@ -64,8 +77,11 @@ pub struct CompensatorWay {
 /// Whether the law goes through the compliances by angle, by their own uncertainty: Fisher's F.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LawMisfit {
+    /// Mean square of the compliances about the law over that of the readings.
     pub ratio: f64,
+    /// Degrees of freedom of the two mean squares.
     pub degrees_of_freedom: [f64; 2],
+    /// Probability of a ratio as great where the law holds.
     pub p: f64,
 }
 
@@ -85,7 +101,9 @@ pub struct BothWays {
 /// Compliances of the joint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CompliancePoints {
+    /// Units of the angles and of the compliances.
     pub unit: &'static str,
+    /// By angle.
     pub rows: Vec<CompliancePoint>,
 }
 
@@ -95,8 +113,10 @@ pub struct Compensator {
     /// Lever.
     #[serde(rename = "L", skip_serializing_if = "Option::is_none")]
     pub lever: Option<Estimated>,
+    /// Offset of the joint's axis from the spring's anchor, across the lever at joint angle 0, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ax: Option<Estimated>,
+    /// The same along the lever at joint angle 0, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ay: Option<Estimated>,
     /// Compliance of the joint without spring.
@@ -117,10 +137,13 @@ pub struct Compensator {
     /// Scatter of the points about the circles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma: Option<WithUnit<Option<f64>>>,
+    /// Distance of the spring's anchor from the joint's axis, mm: the hypotenuse of `ax` and `ay`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub a: Option<WithUnit<f64>>,
+    /// Angle phi of the spring's law, deg: its length at joint angle q is sqrt(a^2 + L^2 + 2 a L cos(phi + q)).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phi: Option<WithUnit<f64>>,
+    /// Compliances of the joint by its angle, given or found and fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compliances: Option<CompliancePoints>,
     /// Of what the spring leaves of the compliances.

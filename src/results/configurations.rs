@@ -9,6 +9,7 @@ use crate::prediction::ConfigurationError;
 /// A configuration under one load; along x, y, z of the measurements, measured less predicted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConfigurationResidual {
+    /// Name of the configuration.
     pub pose: String,
     /// Number of readings.
     pub readings: usize,

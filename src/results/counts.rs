@@ -12,7 +12,9 @@ use crate::description::campaign::{Campaign, OrderBy, Reading};
 pub struct PartCount {
     /// `session`, `station`, `file`, `contact`, `anchor`, `payload`, or the column of a group of contacts, as `placement`.
     pub part: String,
+    /// Name of the part, as the files write it.
     pub name: String,
+    /// Readings that belong to it.
     pub readings: usize,
     /// Configurations at which they were taken.
     pub configurations: usize,

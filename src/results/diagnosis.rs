@@ -21,7 +21,9 @@ use crate::model::Model;
 /// of all readings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Gap {
+    /// Root mean square position error.
     pub rms: f64,
+    /// Greatest position error.
     pub max: f64,
     /// With the outliers set aside, where they are a part of the gap.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -30,7 +32,9 @@ pub struct Gap {
     pub noise: f64,
     /// sqrt(rms^2 - noise^2).
     pub closable: f64,
+    /// Unit of all values here.
     pub unit: &'static str,
+    /// Whether the gap is more than noise alone would leave, or outliers are a part of it.
     pub significant: bool,
     /// With base and tool fitted alone; `None` where nothing is fitted.
     pub registration: Option<f64>,
@@ -39,24 +43,33 @@ pub struct Gap {
 /// A region in which the gap is greatest, mm.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Region {
+    /// The region as inequalities, for example `q2 > 40 deg`.
     pub when: String,
+    /// Root mean square error inside the region.
     pub rms: f64,
+    /// Root mean square error outside it.
     pub elsewhere: f64,
 }
 
 /// Root mean square error along the axes of the measurement frame, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Directions {
+    /// Along x.
     pub x: f64,
+    /// Along y.
     pub y: f64,
+    /// Along z.
     pub z: f64,
 }
 
 /// Where the gap lies.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Location {
+    /// Share of the gap that a free error at each site could carry, the greatest first; empty where the gap is not significant.
     pub sites: Vec<SiteShare>,
+    /// Regions in which the gap is greatest; empty where the gap is not significant.
     pub conditions: Vec<Region>,
+    /// Root mean square error by direction.
     pub directions: Directions,
     /// Deflections greater than predicted.
     pub yielding: Option<ExcessCompliance>,
@@ -65,18 +78,27 @@ pub struct Location {
 /// A cause.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cause {
+    /// Name of the effect in the catalogue.
     pub effect: String,
+    /// Name of the site, for example `joint:2`.
     pub site: String,
     /// As much as is certain, in words.
     pub claim: String,
     /// `None` where nothing competes with it.
     pub probability: Option<f64>,
+    /// Its parameters, fitted or chosen, SI.
     pub parameters: Vec<CauseParameter>,
+    /// Root mean square error before it was added, mm, cross-validated.
     pub rms_before: f64,
+    /// Root mean square error after it was added, mm, cross-validated.
     pub rms_after: f64,
+    /// How far it reduces the root mean square error: 1 - after / before.
     pub shrinkage: f64,
+    /// 95 % interval of the shrinkage, by bootstrap over configurations; both ends null where there is none.
     pub shrinkage_ci95: [Option<f64>; 2],
+    /// Effects and sites that the readings do not separate from it.
     pub indistinguishable_from: Vec<EffectAtSite>,
+    /// What kind of cause it is.
     pub family: Family,
     /// How much is certain: `law`, `site` or `family`.
     pub level: Level,
@@ -87,6 +109,7 @@ pub struct Cause {
     /// What speaks for its law, on readings that were not fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub support: Option<Support>,
+    /// Its curve, of a free form at a joint or the instrument.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub curve: Option<Curve>,
     /// By component, of a free form at the base or the tool.
@@ -94,25 +117,35 @@ pub struct Cause {
     pub curves: IndexMap<String, Curve>,
     /// What the amounts mean on the machine.
     pub implies: Vec<String>,
+    /// What it looks like in the residuals.
     pub signature: Cow<'static, str>,
+    /// What to do about it on the machine.
     pub remedy: &'static str,
 }
 
 /// A hypothesis that was not selected.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rejected {
+    /// Name of the effect in the catalogue.
     pub effect: String,
+    /// Name of the site.
     pub site: String,
+    /// Root mean square error of the fitted readings with it alone, by degree of freedom, mm; compares with `with_none`.
     pub rms_after: f64,
+    /// Why it was not selected.
     pub why: &'static str,
 }
 
 /// What is left after all causes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct AfterAll {
+    /// Root mean square error, mm, cross-validated.
     pub rms: f64,
+    /// 95 % interval of it, mm, by bootstrap over configurations; both ends null where there is none.
     pub rms_ci95: [Option<f64>; 2],
+    /// How far all causes reduce the root mean square error of the gap, outliers included: 1 - after / before.
     pub shrinkage: f64,
+    /// 95 % interval of the shrinkage; both ends null where there is none.
     pub shrinkage_ci95: [Option<f64>; 2],
 }
 
@@ -121,10 +154,13 @@ pub struct AfterAll {
 pub struct NextPose {
     /// rad and m.
     pub joints: IndexMap<String, f64>,
+    /// Force (N) and torque (N.m) on the tool, measurement frame.
     pub wrench: [f64; 6],
+    /// The two rivals, `effect@site`.
     pub separates: [String; 2],
     /// Distance between the two predictions, mm.
     pub apart: f64,
+    /// The same with each coordinate divided by its noise.
     pub sigmas: f64,
 }
 
@@ -174,23 +210,33 @@ pub struct Noise {
 /// How figures came about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Notes {
+    /// Where the noise comes from, in words.
     pub noise: &'static str,
 }
 
 /// What `diagnose` finds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnosis {
+    /// What calibration leaves on readings that were not fitted.
     pub gap: Gap,
+    /// Where the gap lies.
     #[serde(rename = "where")]
     pub location: Location,
+    /// Whether there is a gap, and whether the causes explain it.
     pub verdict: Verdict,
+    /// Causes in the order found.
     pub causes: Vec<Cause>,
+    /// Hypotheses that were not selected, the nearest first.
     pub rejected: Vec<Rejected>,
     /// All readings, by degree of freedom, with no effect.
     pub with_none: f64,
+    /// What is left with all causes.
     pub after_all: AfterAll,
+    /// Autocorrelation of the residuals that all causes leave.
     pub structure: Vec<Autocorrelation>,
+    /// Configurations whose readings would distinguish rivals.
     pub next_poses: Vec<NextPose>,
+    /// Which hypotheses look alike in the readings of this campaign.
     pub look_alikes: LookAlikes,
     /// Rows of the readings.
     pub outliers: Vec<usize>,
@@ -200,12 +246,15 @@ pub struct Diagnosis {
     pub not_tried: Vec<NotTried>,
     /// What other measurements exclude.
     pub excluded: Vec<Excluded>,
+    /// The noise that the gap is compared with.
     pub noise: Noise,
     /// What all causes leave, mm.
     pub rest: Rest,
     /// Number of hypotheses compared.
     pub hypotheses: usize,
+    /// How figures came about, in words.
     pub notes: Notes,
+    /// Time that the diagnosis took, s.
     pub seconds: f64,
     /// Whether the readings are predicted with own weight.
     pub own_weight: OwnWeight,

@@ -25,16 +25,22 @@ impl FitOrCheck {
 /// Root mean square and greatest error of a coordinate, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct CoordinateErrors {
+    /// Root mean square error, mm.
     pub rms: f64,
+    /// Greatest magnitude of an error, mm.
     pub max: f64,
 }
 
 /// Orientation errors of poses, deg.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OrientationErrors {
+    /// Unit of the errors.
     pub unit: &'static str,
+    /// Mean angle.
     pub mean: f64,
+    /// Root mean square angle.
     pub rms: f64,
+    /// Greatest angle.
     pub max: f64,
 }
 
@@ -43,9 +49,13 @@ pub struct OrientationErrors {
 pub struct ReadingErrors {
     /// Number of readings.
     pub readings: usize,
+    /// Mean position error; 0 where no reading holds a length.
     pub mean: f64,
+    /// Root mean square position error; 0 where no reading holds a length.
     pub rms: f64,
+    /// Greatest position error; 0 where no reading holds a length.
     pub max: f64,
+    /// Errors of single coordinates.
     pub coordinate: CoordinateErrors,
     /// Of poses only.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -58,8 +68,11 @@ pub struct ReadingErrors {
 /// Errors of torques of joints, N.m; of sliding joints' forces, N.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LoadErrors {
+    /// Mean magnitude of the error.
     pub mean: f64,
+    /// Root mean square error.
     pub rms: f64,
+    /// Greatest magnitude of an error.
     pub max: f64,
 }
 

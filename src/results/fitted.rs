@@ -15,8 +15,11 @@ use crate::review::StageKey;
 /// What `report` finds of readings without lengths.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FittedReport {
+    /// The campaign, with the unit of what judges it: `deg` or `N.m`.
     pub campaign: CampaignSummary,
+    /// Commands that find the same.
     pub sources: Sources,
+    /// What `identify` finds.
     pub identify: Identification,
     /// Why effects are not compared.
     pub not_diagnosed: String,
@@ -26,6 +29,7 @@ pub struct FittedReport {
     pub readings: Vec<ReadingResidual>,
     /// In two sentences; set when the page is written.
     pub answer: Option<String>,
+    /// What casts doubt on the figures.
     pub diagnostics: Vec<Diagnostic>,
 }
 

@@ -24,10 +24,15 @@ pub enum Condition {
 /// A split of a tree of rules, rad or m.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RuleSplit {
+    /// Name of the input that it splits.
     pub input: String,
+    /// Value up to which only `below` holds.
     pub from: f64,
+    /// Value from which only `above` holds.
     pub to: f64,
+    /// Where small values of the input lead.
     pub below: RuleBranch,
+    /// Where great values of the input lead.
     pub above: RuleBranch,
 }
 
@@ -35,13 +40,16 @@ pub struct RuleSplit {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RuleBranch {
+    /// Another split, by its position in `splits`.
     Split(usize),
+    /// A rule, by its position in `conclusions`.
     Rule(usize),
 }
 
 /// Rules of one component of the compliance, or of a spring.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ComponentRules {
+    /// Component as displacement and load (`z.fz`), or the name of the spring.
     pub name: String,
     /// Modal values of each input, rad and m; empty for a tree.
     pub modes: Vec<Vec<f64>>,
@@ -53,6 +61,7 @@ pub struct ComponentRules {
     pub support: Vec<f64>,
     /// Rules that no data reach.
     pub unseen: Vec<usize>,
+    /// Conditions of each rule, in the order of `conclusions`.
     #[serde(skip)]
     pub premises: Vec<Vec<Condition>>,
     /// Unit of the conclusions as text shows them, and how many of them are one in SI.
@@ -133,13 +142,16 @@ fn premises(premise: &Premise) -> Vec<Vec<Condition>> {
 /// A step of the growth of rules.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GrowthStep {
+    /// Components of the compliance that are fitted together; empty for springs.
     pub components: Vec<String>,
+    /// Whether all components are rotations, so that errors are in mrad.
     #[serde(skip)]
     pub of_rotations: bool,
     /// The component that grew; `None` where all did.
     pub component: Option<String>,
     /// Sets of each input; empty for a tree.
     pub sets: Vec<usize>,
+    /// Number of rules.
     pub rules: usize,
     /// mm; mrad where all components are rotations.
     pub fit: Option<f64>,
@@ -150,17 +162,22 @@ pub struct GrowthStep {
 /// A ratio with its interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Gain {
+    /// Measured over predicted displacement, relative to loads of other sizes; 1 where deflections are linear in the load.
     pub gain: f64,
+    /// Half width of its 95 % interval.
     pub ci95: f64,
 }
 
 /// Readings under one size of load.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LoadLevel {
+    /// Magnitude of the force, N.
     pub force: f64,
+    /// Number of readings.
     pub readings: usize,
     /// Measured over predicted.
     pub gain: f64,
+    /// Half width of the gain's 95 % interval.
     pub ci95: f64,
     /// Against loads of other sizes in the same directions; `None` where there are none.
     pub linear: Option<Gain>,
@@ -172,14 +189,18 @@ pub struct LoadLevel {
 /// Root mean square errors of a rigid robot, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RigidErrors {
+    /// Of the fitted readings: the displacement that was measured.
     pub fit: f64,
+    /// Of the readings held out.
     pub check: f64,
 }
 
 /// Errors of the fitted readings and of those held out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AfterFit {
+    /// Errors of the fitted readings; `None` where there are none.
     pub after: Option<ReadingErrors>,
+    /// Errors of the readings held out; `None` where there are none.
     pub check_after: Option<ReadingErrors>,
 }
 
@@ -192,29 +213,40 @@ impl AfterFit {
 /// An input of the rules.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RuleInput {
+    /// Name of the joint or variable.
     pub name: String,
+    /// Whether it is an angle, in rad; else a length, in m.
     pub is_angle: bool,
     /// Where it was measured, rad or m.
     pub range: Option<[f64; 2]>,
+    /// Limits of the description, rad or m.
     pub limits: Option<[f64; 2]>,
 }
 
 /// A fuzzy compliance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FuzzyCompliance {
+    /// Names of the joints and variables on which the compliance depends.
     pub inputs: Vec<String>,
     /// Frame whose axes the components have; `null`: the base.
     pub axes: Option<String>,
+    /// Rules of each component.
     pub components: Vec<ComponentRules>,
     /// Measured range of each input, rad and m.
     pub range: Vec<[f64; 2]>,
     /// Held-out readings outside that range.
     pub outside: usize,
+    /// How the rules grew, step by step.
     pub steps: Vec<GrowthStep>,
+    /// Measured over predicted displacement by size of load, which shows whether deflections are linear in the load.
     pub levels: Vec<LoadLevel>,
+    /// Unit of errors.
     pub unit: &'static str,
+    /// Errors that a rigid robot would have.
     pub rigid: RigidErrors,
+    /// Errors with the rules.
     pub residuals: AfterFit,
+    /// The inputs with their ranges and limits.
     #[serde(skip)]
     pub described: Vec<RuleInput>,
 }
@@ -299,7 +331,9 @@ impl LoadLevel {
 /// Errors over parts of the fitted readings left out in turns, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct CrossValidated {
+    /// Root mean square error without the correction.
     pub without: f64,
+    /// Root mean square error with the correction.
     pub with: f64,
 }
 
@@ -308,10 +342,13 @@ pub struct CrossValidated {
 pub struct GreyCompliance {
     /// Springs alone.
     pub parametric: AfterFit,
+    /// Errors of configurations left out, by which the correction is judged.
     pub cross_validated: CrossValidated,
     /// Whether the correction is kept.
     pub kept: bool,
+    /// The correction; `None` where it does not help configurations left out.
     pub correction: Option<FuzzyCompliance>,
+    /// Unit of errors.
     pub unit: &'static str,
 }
 
@@ -348,12 +385,19 @@ pub struct LocalSpringsFound {
     pub parametric: AfterFit,
     /// Whether rules are kept: whether springs that differ by configuration help in cross-validation.
     pub kept: bool,
+    /// Names of the joints and variables on which the springs depend.
     pub inputs: Vec<String>,
+    /// Rules of each spring; empty where they are not kept.
     pub springs: Vec<ComponentRules>,
+    /// How the tree of rules grew, step by step.
     pub steps: Vec<GrowthStep>,
+    /// Measured over predicted displacement by size of load, which shows whether deflections are linear in the load.
     pub levels: Vec<LoadLevel>,
+    /// Unit of errors.
     pub unit: &'static str,
+    /// Errors with the rules, or with the same springs everywhere where they are not kept.
     pub residuals: AfterFit,
+    /// The inputs with their limits; their ranges are not given here.
     #[serde(skip)]
     pub described: Vec<RuleInput>,
 }
@@ -402,18 +446,26 @@ impl LocalSpringsFound {
 pub struct MethodRow {
     /// Force, N; `None` for all readings.
     pub load: Option<i64>,
+    /// Number of readings.
     pub readings: usize,
+    /// Root mean square position error.
     pub rms: f64,
+    /// Greatest position error.
     pub max: f64,
+    /// Greatest magnitude of the error along x of the measurement frame.
     pub max_x: f64,
+    /// The same along y.
     pub max_y: f64,
+    /// The same along z.
     pub max_z: f64,
 }
 
 /// Errors of a method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MethodErrors {
+    /// Name of the method.
     pub method: &'static str,
+    /// By size of the force, then over all readings.
     pub rows: Vec<MethodRow>,
 }
 
@@ -447,16 +499,20 @@ impl MethodErrors {
 /// Methods by load, as Table 5 of the IR663 calibration paper.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MethodComparison {
+    /// Unit of errors.
     pub unit: &'static str,
     /// Whether held-out readings are judged.
     pub check: bool,
+    /// Errors of each method.
     pub methods: Vec<MethodErrors>,
 }
 
 /// A result with the time it took.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Timed<T> {
+    /// The result.
     #[serde(flatten)]
     pub found: T,
+    /// Time that it took, s.
     pub seconds: f64,
 }

@@ -24,7 +24,9 @@ pub struct Merged {
 /// A parameter that is not estimated.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Dropped {
+    /// Name of the parameter.
     pub name: String,
+    /// Why it was dropped.
     pub why: Why,
     /// What is left of its scaled column after those of the kept parameters.
     #[serde(skip)]
@@ -37,12 +39,16 @@ pub struct Dropped {
 /// Observability indices of Sun and Hollerbach.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "UPPERCASE")]
-#[allow(missing_docs)]
 pub struct Observability {
+    /// O1: geometric mean of the singular values over the root of the number of rows.
     pub o1: f64,
+    /// O2: least over greatest singular value.
     pub o2: f64,
+    /// O3: least singular value.
     pub o3: f64,
+    /// O4: least singular value squared over the greatest.
     pub o4: f64,
+    /// O5: inverse of the sum of the inverse singular values.
     pub o5: f64,
 }
 
@@ -58,14 +64,17 @@ pub struct Reduction {
     /// Relative tolerance below which singular values count as zero; `None`: the noise decides.
     #[serde(serialize_with = "tolerance_or_noise")]
     pub tolerance: Option<f64>,
+    /// Parameters that are not estimated, and why.
     pub dropped: Vec<Dropped>,
     /// By kept parameter: what is merged into it, with its factor (SI).
     pub combinations: IndexMap<String, IndexMap<String, f64>>,
     /// Condition number of the scaled columns that are kept; `None` where none is.
     pub condition: Option<f64>,
+    /// Observability indices of the scaled columns that are kept; `None` where none is.
     pub observability: Option<Observability>,
     /// Of the scaled observation matrix.
     pub singular_values: Vec<f64>,
+    /// Names of the kept parameters.
     pub kept_parameters: Vec<String>,
     /// Whether the readings are predicted with own weight; `None` within a result that says so itself.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -129,13 +138,16 @@ fn merged(model: &Model, slots: &[Slot], found: &Identifiability, column: usize)
 /// Mean and greatest over the configurations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MeanMax {
+    /// Mean.
     pub mean: f64,
+    /// Greatest.
     pub max: f64,
 }
 
 /// How much a parameter moves the tool centre point.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterSensitivity {
+    /// Name of the parameter.
     pub name: String,
     /// Position, m per m or rad.
     #[serde(rename = "mu_P")]
@@ -151,7 +163,9 @@ pub struct ParameterSensitivity {
 /// What `sensitivity` finds, SI.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sensitivities {
+    /// Unit of the sensitivities in `parameters`.
     pub unit: &'static str,
+    /// Free geometric parameters.
     pub parameters: Vec<ParameterSensitivity>,
     /// Springs, sections and masses under the campaign's loads, m or rad per SI unit of each.
     pub elastic: Vec<ElasticSensitivity>,
@@ -162,9 +176,11 @@ pub struct Sensitivities {
 /// What an elastic parameter does to the tool's deflection, SI.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ElasticSensitivity {
+    /// Name of the parameter.
     pub name: String,
-    /// Its unit, and its value in it.
+    /// Unit of the value.
     pub unit: &'static str,
+    /// Value of the description.
     pub value: f64,
     /// Position, m per SI unit.
     #[serde(rename = "mu_P")]

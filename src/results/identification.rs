@@ -23,7 +23,9 @@ use crate::observation::Observes;
 /// A parameter as estimated, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterEstimate {
+    /// Name of the parameter.
     pub name: String,
+    /// Unit of its values and intervals.
     pub unit: &'static str,
     /// `None` where nothing is: of a face whose place is unknown.
     pub nominal: Option<f64>,
@@ -77,8 +79,11 @@ pub struct Residuals {
     pub registration: Option<ReadingErrors>,
     /// Calibrated.
     pub after: Option<ReadingErrors>,
+    /// Readings held out, with the description as it is.
     pub check_before: Option<ReadingErrors>,
+    /// Readings held out, with base, tool and markers fitted alone.
     pub check_registration: Option<ReadingErrors>,
+    /// Readings held out, calibrated.
     pub check_after: Option<ReadingErrors>,
 }
 
@@ -89,6 +94,7 @@ pub struct PredictedError {
     pub parameters_rms: f64,
     /// With the residual noise added.
     pub with_noise_rms: f64,
+    /// As observed.
     pub observed_rms: f64,
 }
 
@@ -136,11 +142,14 @@ impl NoiseSources {
 /// What `identify` finds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Identification {
+    /// Which parameters the readings determine.
     #[serde(flatten)]
     pub reduction: Reduction,
     /// All candidates.
     pub parameters: Vec<ParameterEstimate>,
+    /// Springs that the readings see as one.
     pub equivalences: Vec<SpringGroup>,
+    /// Errors before and after, of fitted readings and of those held out.
     pub residuals: Residuals,
     /// Calibrated errors of the readings that judge, by session, station, file, kind and marker, where there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -156,12 +165,15 @@ pub struct Identification {
     pub configurations: Vec<ConfigurationResidual>,
     /// Residuals over the stated noise; `None` where none is stated.
     pub noise_ratio: Option<f64>,
+    /// Where the noise comes from by which readings are weighed.
     pub noise_sources: NoiseSources,
     /// Residual noise along x, y, z, mm.
     pub direction_noise: [f64; 3],
     /// Of the kept parameters, in the order of `kept_parameters`.
     pub correlation: Vec<Vec<f64>>,
+    /// Unit of position errors.
     pub unit: &'static str,
+    /// Iterations of the fit.
     pub iterations: usize,
     /// Root mean square of the residuals over their sigmas after each step taken.
     pub history: Vec<f64>,
@@ -177,7 +189,9 @@ pub struct Identification {
     pub against: Option<AgainstOther>,
     /// Why the fit ended.
     pub ending: String,
+    /// Whether the fit ended at a minimum.
     pub converged: bool,
+    /// Time that it took, s.
     pub seconds: f64,
     /// Why the result is not to be used; nothing where it may be.
     #[serde(skip)]
@@ -334,7 +348,9 @@ fn parameter(model: &Model, campaign: &Campaign, estimate: &Estimate) -> Paramet
 /// Ordinary (equal weights) and weighted (noise by direction) least squares.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SchemeComparison {
+    /// By ordinary least squares.
     pub ols: Identification,
+    /// By weighted least squares.
     pub wls: Identification,
 }
 

@@ -3,9 +3,6 @@
 //! Text, HTML and JSON render the same value. JSON is the struct as it stands: field names are keys, in their order.
 //! `None` is null; no number stands for "none". What only text needs is not serialized.
 
-// Fields that need no more than their name, as it stands in the JSON, are not explained one by one.
-#![allow(missing_docs)]
-
 mod against;
 mod blind;
 mod campaign;

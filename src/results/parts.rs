@@ -14,7 +14,9 @@ use crate::model::Model;
 pub struct PartErrors {
     /// `session`, `station`, `file`, `kind`, `marker` or `target`.
     pub part: &'static str,
+    /// Name of the part.
     pub name: String,
+    /// Errors of its readings.
     #[serde(flatten)]
     pub errors: ReadingErrors,
 }
@@ -59,6 +61,7 @@ pub fn target(campaign: &Campaign, reading: &Reading) -> Option<String> {
 pub struct WorstReading {
     /// File and line, or the row.
     pub at: String,
+    /// Name of the configuration.
     pub pose: String,
     /// `TCP` is the tool centre point.
     pub marker: String,
@@ -72,6 +75,7 @@ pub struct WorstReading {
     /// Length of the position's error; of a distance its amount.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
+    /// Angle by which the orientation or direction is off, deg; absent where the reading holds none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orientation_error_deg: Option<f64>,
 }

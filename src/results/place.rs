@@ -12,7 +12,9 @@ use crate::planning::stiffest::{Moved, Placed, Wanted, Way};
 /// Deflections along the path in the directions that count, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Deflections {
+    /// Root mean square over the points.
     pub rms: f64,
+    /// Greatest of a point.
     pub max: f64,
 }
 
@@ -47,12 +49,15 @@ impl WorkpieceMove {
 /// A point of the path where it is best.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlacedPoint {
+    /// Position in the path, from 0.
     pub index: usize,
+    /// Name of the point.
     pub name: String,
     /// rad and m.
     pub joints: IndexMap<String, f64>,
     /// The tool there, nothing deflected: m, rotation vector.
     pub pose: [f64; 6],
+    /// Force (N) and torque (N.m) on the tool, base axes.
     pub wrench: [f64; 6],
     /// Displacement, m.
     pub deflection: [f64; 3],
@@ -60,12 +65,14 @@ pub struct PlacedPoint {
     pub counted: f64,
     /// The same where the path is given, at the joints given or sought there.
     pub given: Option<f64>,
+    /// Condition number of the Jacobian there, m and rad on levers of 1 m.
     pub condition: f64,
 }
 
 /// What `place` finds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Placement {
+    /// Unit of lengths.
     pub unit: &'static str,
     /// Where the path is given, at the joints given or nearest; `None` where the arm cannot be there.
     pub given: Option<Deflections>,
@@ -73,15 +80,21 @@ pub struct Placement {
     pub posture: Option<Deflections>,
     /// At the best place and posture.
     pub best: Deflections,
+    /// How the workpiece is moved from where the path is given to the best place.
     pub moved: WorkpieceMove,
+    /// Points of the path at the best place, in order.
     pub points: Vec<PlacedPoint>,
     /// By variable: the greatest change from one point to the next, rad or m.
     pub steps: IndexMap<String, f64>,
     /// `rms` or `max`.
     pub least: &'static str,
+    /// Directions of the deflection that count, of `x`, `y` and `z`: base axes that turn with the workpiece.
     pub directions: Vec<&'static str>,
+    /// Directions of the targets that are held, of `x` to `rz`.
     pub held: Vec<&'static str>,
+    /// Whether the deflections hold that by own weight.
     pub own_weight: OwnWeight,
+    /// Name of the process that pushes on the tool; absent without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub process: Option<String>,
     /// Ways through the path that were tried.
@@ -91,8 +104,10 @@ pub struct Placement {
     /// Whether the workpiece may be moved.
     #[serde(skip)]
     pub may_move: bool,
+    /// Name of the robot.
     #[serde(skip)]
     pub robot: String,
+    /// Variables of the robot, in the order of configurations.
     #[serde(skip)]
     pub variables: Vec<Variable>,
 }

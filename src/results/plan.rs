@@ -14,9 +14,11 @@ use crate::planning::{Design, Planned, Request};
 /// A configuration to measure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlannedPose {
+    /// Name of the configuration.
     pub pose: String,
     /// rad and m.
     pub joints: IndexMap<String, f64>,
+    /// Force (N) and torque (N.m) to apply on the tool, base axes.
     pub wrench: [f64; 6],
     /// Markers seen there; `TCP` is the tool centre point.
     pub markers: Vec<String>,
@@ -52,6 +54,7 @@ impl PlannedPose {
 pub struct PlannedError {
     /// With what is measured already.
     pub before: Option<f64>,
+    /// With the plan.
     pub planned: f64,
 }
 
@@ -60,6 +63,7 @@ pub struct PlannedError {
 pub struct Bought {
     /// How many configurations.
     pub poses: usize,
+    /// Root mean square position error at the test poses, of configurations that are planned.
     pub planned: f64,
     /// Median of random sets.
     pub random: f64,
@@ -68,28 +72,40 @@ pub struct Bought {
 /// Half width of a parameter's 95 % interval.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterWidth {
+    /// Name of the parameter.
     pub name: String,
+    /// Unit of the half width.
     pub unit: &'static str,
+    /// Half width of the interval expected after the plan, in `unit`.
     pub ci95: f64,
 }
 
 /// What `plan` finds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plan {
+    /// Name of the criterion: `test-error`, `D`, `A`, `E`, or `O1` to `O5`.
     pub criterion: &'static str,
+    /// Configurations in the order in which they should be measured.
     pub poses: Vec<PlannedPose>,
+    /// Unit of errors.
     pub unit: &'static str,
+    /// Error after compensation that the plan should leave.
     pub error: PlannedError,
+    /// Errors with other numbers of configurations, and with this one.
     pub bought: Vec<Bought>,
     /// How many random configurations do as well; `None` if all the candidates together do not.
     pub random_equal: Option<usize>,
     /// Fewest configurations that determine the parameters.
     pub least: usize,
+    /// Candidate configurations that keep the rules, from which was chosen.
     pub candidates: usize,
+    /// Expected intervals of the parameters that are estimated.
     pub parameters: Vec<ParameterWidth>,
+    /// Which parameters the planned readings, with those made already, determine.
     pub identifiability: Reduction,
     /// Whether the readings are predicted with own weight.
     pub own_weight: OwnWeight,
+    /// Time that planning took, s.
     pub seconds: f64,
     /// The robot's name.
     #[serde(skip)]

@@ -17,9 +17,11 @@ pub type Homogeneous = [[f64; 4]; 4];
 pub struct Pose {
     /// All moving joints, rad and m.
     pub joints: IndexMap<String, f64>,
+    /// Pose of each frame but the base, nothing deflected.
     pub frames: IndexMap<String, Homogeneous>,
     /// Positions.
     pub markers: IndexMap<String, [f64; 3]>,
+    /// Pose of the tool centre point.
     pub tool: Homogeneous,
     /// Whether tool and markers stand where own weight puts them; frames are never deflected.
     pub own_weight: OwnWeight,
@@ -102,5 +104,6 @@ fn matrix(t: &Transform) -> Homogeneous {
 /// Poses of a table of configurations.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Poses {
+    /// By row of the table.
     pub poses: Vec<Pose>,
 }

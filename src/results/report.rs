@@ -19,19 +19,29 @@ use crate::review::{Node, Review, Slice, Stage, StageKey};
 /// The campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CampaignSummary {
+    /// Name of the campaign.
     pub name: String,
+    /// Name of the robot.
     pub robot: String,
+    /// Kind of the readings, as the campaign declares it.
     pub observes: Observes,
+    /// Number of readings.
     pub readings: usize,
+    /// Number of distinct configurations.
     pub poses: usize,
     /// Readings held out.
     pub set_aside: usize,
     /// Noise of a coordinate; `None` where none is stated.
     pub sigma: Option<[f64; 3]>,
+    /// Unit of errors.
     pub unit: &'static str,
+    /// Effects that a diagnosis re-fits whatever it tries.
     pub calibrate: Vec<String>,
+    /// Elements of the description left out.
     pub without: Vec<String>,
+    /// Whether the base's pose in the measurement frame is unknown.
     pub estimate_base: bool,
+    /// Whether tool or markers are unknown.
     pub estimate_tool: bool,
     /// Whether the readings are predicted with own weight.
     pub own_weight: OwnWeight,
@@ -40,11 +50,17 @@ pub struct CampaignSummary {
 /// Commands that find the same.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sources {
+    /// The `identify` command.
     pub identify: String,
+    /// The `diagnose` command.
     pub diagnose: String,
+    /// The `stiffness` command; joints are to be filled in.
     pub stiffness: String,
+    /// The `residuals` command.
     pub residuals: String,
+    /// The `sensitivity` command.
     pub sensitivity: String,
+    /// The `report` command.
     pub report: String,
 }
 
@@ -83,7 +99,9 @@ pub enum StepKey {
 /// A step from the description as it is down to the noise.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WaterfallStep {
+    /// Which step.
     pub key: StepKey,
+    /// The step in words.
     pub label: String,
     /// Root mean square position error.
     pub rms: f64,
@@ -96,22 +114,29 @@ pub struct WaterfallStep {
 /// A stage at which residuals are given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct StageLabel {
+    /// Which stage.
     pub key: StageKey,
+    /// The stage in words.
     pub label: &'static str,
 }
 
 /// A swept variable.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Swept {
+    /// Name of the variable.
     pub name: String,
+    /// `deg` or `mm`.
     pub unit: &'static str,
 }
 
 /// Units of a slice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct SliceUnits {
+    /// Of the places, `at`.
     pub at: &'static str,
+    /// Of the least stiffness, `least`.
     pub least: &'static str,
+    /// Of the semi-axes, `ellipse`.
     pub ellipse: &'static str,
 }
 
@@ -131,14 +156,18 @@ pub struct SliceNode {
 /// Stiffness over a slice of the workspace.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StiffnessSlice {
+    /// The two variables that are swept.
     pub swept: [Swept; 2],
+    /// Units of the nodes.
     pub units: SliceUnits,
+    /// Configurations that can be assembled within the limits of the joints.
     pub nodes: Vec<SliceNode>,
 }
 
 /// How the robot deflects.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StiffnessReview {
+    /// Stiffness over a slice of the workspace, where it can be computed.
     pub slice: Option<StiffnessSlice>,
     /// Of the strain energy, by element.
     pub shares: Option<IndexMap<String, f64>>,
@@ -151,22 +180,27 @@ pub struct StiffnessReview {
 /// A reading with its residuals at every stage.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ReadingReview {
+    /// Row of the measurements' file.
     pub row: usize,
+    /// Name of the configuration.
     pub pose: String,
     /// `None` is the tool centre point.
     pub marker: Option<String>,
     /// Held out by the calibration.
     pub set_aside: bool,
+    /// Values of the variables, deg or mm.
     pub joints: Vec<f64>,
     /// Where it was taken, base frame.
     pub point: [f64; 3],
     /// By stage.
     pub errors: IndexMap<StageKey, Vec<f64>>,
+    /// Force (N) and torque (N.m) on the tool, base axes; absent where there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wrench: Option<[f64; 6]>,
     /// What the suspected effects take out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pattern: Option<Vec<f64>>,
+    /// Conditions by column, as the campaign gives them: temperatures, time (s), sides of approach (signs).
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
     pub conditions: IndexMap<String, f64>,
 }
@@ -174,17 +208,25 @@ pub struct ReadingReview {
 /// What `report` finds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
+    /// The campaign.
     pub campaign: CampaignSummary,
+    /// Commands that find the same.
     pub sources: Sources,
     /// `None` where nothing is free.
     pub identify: Option<Identification>,
     /// Why there is no identification.
     pub identify_why: Option<String>,
+    /// What `diagnose` finds.
     pub diagnose: Diagnosis,
+    /// Errors from the description as it is down to the noise.
     pub waterfall: Vec<WaterfallStep>,
+    /// Stages at which residuals of the readings are given, in order.
     pub stages: Vec<StageLabel>,
+    /// How the robot deflects.
     pub stiffness: StiffnessReview,
+    /// What `sensitivity` finds.
     pub sensitivity: Sensitivities,
+    /// Each reading with its residuals.
     pub readings: Vec<ReadingReview>,
     /// The answer in two sentences; written with the page.
     #[serde(skip_serializing_if = "Option::is_none")]

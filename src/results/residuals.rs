@@ -18,6 +18,7 @@ use crate::model::Model;
 pub struct ReadingResidual {
     /// Row of the measurements' file.
     pub row: usize,
+    /// Name of the configuration.
     pub pose: String,
     /// `TCP` is the tool centre point.
     pub marker: String,
@@ -41,17 +42,20 @@ pub struct ReadingResidual {
 /// What `residuals` finds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DescriptionResiduals {
+    /// Unit of position errors.
     pub unit: &'static str,
     /// Whether the predictions hold the deflection by own weight.
     pub own_weight: OwnWeight,
     /// Parameters that the campaign calls unknown and that a description does not hold: fitted to these readings first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub fitted: Vec<String>,
+    /// Errors of all readings; `None` where there are none.
     pub all: Option<ReadingErrors>,
     /// Readings marked `fit`.
     pub fit: Option<ReadingErrors>,
     /// Readings marked `check`.
     pub check: Option<ReadingErrors>,
+    /// Errors by marker; `TCP` is the tool centre point.
     pub markers: IndexMap<String, Option<ReadingErrors>>,
     /// By session, station, file and kind, where there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -66,6 +70,7 @@ pub struct DescriptionResiduals {
     pub worst: Vec<WorstReading>,
     /// Root mean square error along x, y, z.
     pub directions: Vec<f64>,
+    /// Residuals of each reading.
     pub readings: Vec<ReadingResidual>,
 }
 

@@ -11,16 +11,22 @@ use crate::parameter::{Kind, Parameter};
 /// A variable.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct VariableSummary {
+    /// Name.
     pub name: String,
+    /// `rad` or `m`: of the limits.
     pub unit: &'static str,
+    /// Least and greatest value; `None` where none are given.
     pub limits: Option<[f64; 2]>,
 }
 
 /// A frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FrameSummary {
+    /// Name.
     pub name: String,
+    /// The frame from which it is placed.
     pub antecedent: String,
+    /// Kind of its joint.
     pub joint: JointKind,
     /// Variable, actuator, coupling, `passive` or `fixed`.
     pub moved_by: String,
@@ -31,38 +37,54 @@ pub struct FrameSummary {
 /// A parameter of the registry.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterSummary {
+    /// Name.
     pub name: String,
+    /// `rad` of angles, `m` of everything else.
     pub unit: &'static str,
+    /// Value of the description as it is computed with, in the SI unit of what it measures.
     pub nominal: f64,
+    /// Whether calibration of its group estimates it.
     pub free: bool,
+    /// How far it is commonly off, one sigma, in the same unit as the value.
     pub tolerance: f64,
 }
 
 /// Mass of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BodySummary {
+    /// Mass, kg; 0 where none is given.
     pub mass: f64,
+    /// Centre of mass, m; at the origin where none is given.
     pub com: [f64; 3],
 }
 
 /// What the description declares as elastic, by name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ElasticSummary {
+    /// Bodies declared under `bodies:`, the keys of `masses`.
     pub bodies_with_mass: Vec<String>,
     /// Mass and centre of mass of each, kg and m, in the frame it moves with.
     pub masses: IndexMap<String, BodySummary>,
+    /// Beams.
     pub beams: Vec<String>,
+    /// Joints with springs.
     pub joint_stiffness: Vec<String>,
+    /// Springs between bodies.
     pub springs: Vec<String>,
+    /// Effects of the catalogue that are switched on, by entry under `effects:`.
     pub effects_switched_on: Vec<String>,
 }
 
 /// A fuzzy compliance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FuzzySummary {
+    /// Joints and variables on which it depends.
     pub inputs: Vec<String>,
+    /// Marker whose displacement it gives; `None` is the tool centre point.
     pub at: Option<String>,
+    /// Frame whose axes the components have; `None` is the base.
     pub axes: Option<String>,
+    /// Whether it adds to springs and beams; else it stands in their place.
     pub adds: bool,
     /// Number of rules by component.
     pub rules: IndexMap<String, usize>,
@@ -73,22 +95,32 @@ pub struct FuzzySummary {
 /// A robot.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RobotSummary {
+    /// Name of the robot.
     pub robot: String,
+    /// Number of actuated variables.
     pub degrees_of_freedom: usize,
+    /// Actuated variables, in the order of configurations.
     pub variables: Vec<VariableSummary>,
+    /// Frames but the base, each after its antecedent.
     pub frames: Vec<FrameSummary>,
+    /// Names of the closed loops.
     pub loops: Vec<String>,
     /// Limits of passive joints, of those that follow others, and of sums of joints.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub other_limits: Vec<VariableSummary>,
+    /// Frame that carries the tool.
     pub tool: String,
     /// Tool centre point in the tool's frame, m, then the rotation vector of its axes, rad.
     pub tool_offset: [f64; 6],
     /// Acceleration of gravity, base axes, m/s2.
     pub gravity: [f64; 3],
+    /// Names of the markers.
     pub markers: Vec<String>,
+    /// All parameters of the model.
     pub parameters: Vec<ParameterSummary>,
+    /// What gives under load, and what loads it.
     pub elastic: ElasticSummary,
+    /// The fuzzy compliance, where the description has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fuzzy: Option<FuzzySummary>,
     /// Agreement with a file of the same meaning.
@@ -99,7 +131,9 @@ pub struct RobotSummary {
 /// Agreement with a snapshot.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SnapshotAgreement {
+    /// Path of the snapshot.
     pub file: String,
+    /// Whether the snapshot says what the description does now.
     pub agrees: bool,
 }
 

@@ -11,7 +11,9 @@ use crate::model::Model;
 /// A parameter that is not as described, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TrueParameter {
+    /// Value of the description.
     pub nominal: f64,
+    /// Value with which the readings were made.
     #[serde(rename = "true")]
     pub truth: f64,
 }
@@ -19,9 +21,13 @@ pub struct TrueParameter {
 /// What the readings were made with.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Truth {
+    /// Seed of all that was drawn.
     pub seed: u64,
+    /// Units of lengths and angles.
     pub unit: &'static str,
+    /// Parameters that differ from the description, by name.
     pub parameters: IndexMap<String, TrueParameter>,
+    /// Effects that were switched on, with their amounts.
     pub effects: Vec<RawEffect>,
 }
 
@@ -40,7 +46,9 @@ impl Truth {
 /// A point of a path carried out in equilibrium with a process.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PathPoint {
+    /// Position in the path, from 0.
     pub index: usize,
+    /// Name of the point.
     pub name: String,
     /// Where the tool is, less where it should be, m.
     pub missed: [f64; 3],
@@ -56,9 +64,11 @@ pub struct PathPoint {
 pub struct Simulation {
     /// The campaign's file.
     pub campaign: String,
+    /// Number of readings.
     pub readings: usize,
     /// Whether the readings hold the deflection by own weight.
     pub own_weight: OwnWeight,
+    /// What they were made with.
     pub truth: Truth,
     /// Of a path with a process.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -11,10 +11,15 @@ use crate::parameter::{Parameter, Slot};
 /// The change of a parameter, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MovedParameter {
+    /// Name of the parameter.
     pub name: String,
+    /// Unit of the values, of their difference, of its deviation and interval.
     pub unit: &'static str,
+    /// Value of the earlier description.
     pub before: f64,
+    /// Value as estimated now.
     pub now: f64,
+    /// Now less before.
     pub difference: f64,
     /// Standard deviation of the difference.
     pub sigma: f64,
@@ -26,6 +31,7 @@ pub struct MovedParameter {
     pub z: Option<f64>,
     /// Probability of a difference as great by chance, all parameters considered (Holm).
     pub p: f64,
+    /// Whether `p` is below 5 %.
     pub moved: bool,
 }
 

@@ -28,6 +28,7 @@ pub struct InverseSolution {
 pub struct InverseSolutions {
     /// Whether the tool is at the target as own weight deflects it, or rigid.
     pub own_weight: OwnWeight,
+    /// Configurations found; empty where none is.
     pub solutions: Vec<InverseSolution>,
     /// By variable: whether it is an angle.
     #[serde(skip)]

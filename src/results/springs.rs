@@ -22,6 +22,7 @@ pub struct SpringGroup {
     pub equivalent: f64,
     /// Half width of its 95 % interval.
     pub ci95: f64,
+    /// N/m or N.m/rad.
     pub unit: &'static str,
     /// Weights of the members in the sum; 1 of groups within each other, which `formula` has.
     pub weights: Vec<f64>,

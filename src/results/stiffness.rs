@@ -27,6 +27,7 @@ pub struct Stiffness {
     pub shares: IndexMap<String, f64>,
     /// Displacement and rotation vector of each node.
     pub nodes: IndexMap<String, [f64; 6]>,
+    /// Name of the robot.
     #[serde(skip)]
     pub robot: String,
     /// Whether there is a load.

@@ -48,7 +48,9 @@ impl TrackedCourse {
 /// A parameter over all checks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackedParameter {
+    /// Name of the parameter.
     pub name: String,
+    /// Unit of its differences and intervals.
     pub unit: &'static str,
     /// What it is on the machine.
     pub meaning: String,
@@ -63,7 +65,9 @@ pub struct TrackedParameter {
 /// The change of a parameter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackedChange {
+    /// Name of the parameter.
     pub name: String,
+    /// Unit of the change and its interval.
     pub unit: &'static str,
     /// By a step; where it grows, in a unit of time.
     pub change: f64,
@@ -76,6 +80,7 @@ pub struct TrackedChange {
 /// What a check shows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackedEvent {
+    /// Whether a constant jumped, a constant grows, or something else changed.
     pub kind: EventKind,
     /// In words.
     pub words: String,
@@ -85,6 +90,7 @@ pub struct TrackedEvent {
     pub revises: Vec<String>,
     /// Of a jump: the check that shows it to be part of growth.
     pub part_of: Option<String>,
+    /// Parameters that changed, and by how much.
     pub changes: Vec<TrackedChange>,
     /// Parameters any of which alone would explain it nearly as well.
     pub indistinguishable_from: Vec<String>,
@@ -97,7 +103,9 @@ pub struct TrackedEvent {
 /// A check.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackedCheck {
+    /// Name of the check.
     pub name: String,
+    /// Its date as given; `None` where none is.
     pub date: Option<String>,
     /// Months, or checks, from the first.
     pub time: f64,
@@ -107,23 +115,30 @@ pub struct TrackedCheck {
     pub statistic: Option<f64>,
     /// What the statistic passes at the level of one test.
     pub limit: Option<f64>,
+    /// Probability of a statistic as great by chance; `None` without a statistic.
     pub p: Option<f64>,
+    /// Whether the check shows a change of the robot.
     pub alarm: bool,
-    /// Whether base, and tool, stand elsewhere than at the check before; `None` where that cannot be said.
+    /// Whether the base stands elsewhere than at the check before; `None` where one of the two does not estimate it.
     pub base_moved: Option<bool>,
+    /// Whether the tool is elsewhere than at the check before; `None` where one of the two does not estimate it.
     pub tool_moved: Option<bool>,
     /// Standard deviation of the residuals over the stated noise.
     pub noise_ratio: Option<f64>,
     /// Root mean square error of readings held out, mm.
     pub check_rms: Option<f64>,
+    /// The change; `None` where none is shown.
     pub event: Option<TrackedEvent>,
 }
 
 /// Fewest poses with which the next check would show a change.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackedNext {
+    /// Name of the parameter.
     pub name: String,
+    /// Unit of the change.
     pub unit: &'static str,
+    /// The change that is to be shown.
     pub change: f64,
     /// `None` where no number of poses does.
     pub poses: Option<usize>,
@@ -142,6 +157,7 @@ pub struct Track {
     pub answer: String,
     /// Probability of any false alarm in a year of so many checks.
     pub level: f64,
+    /// Checks in a year, over which `level` is spread.
     pub checks_a_year: f64,
     /// Level of each test of a check.
     pub level_of_test: f64,
@@ -149,10 +165,13 @@ pub struct Track {
     pub own_weight: OwnWeight,
     /// `month` or `check`.
     pub unit_of_time: &'static str,
+    /// Checks in the order of time; the first may be the description.
     pub checks: Vec<TrackedCheck>,
+    /// Parameters of the robot over all checks.
     pub parameters: Vec<TrackedParameter>,
     /// Probability with which the next check is to show a change.
     pub power: f64,
+    /// What the next check needs to show a change of each parameter.
     pub next: Vec<TrackedNext>,
 }
 

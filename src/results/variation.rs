@@ -13,6 +13,7 @@ pub struct PathDeviations {
     pub distance: Distances,
     /// Along x, y and z.
     pub greatest: [f64; 3],
+    /// Root mean square displacements along x, y and z.
     pub rms: [f64; 3],
 }
 
@@ -42,6 +43,7 @@ pub struct Varied {
     pub moved: Option<f64>,
     /// Where the numbers stand that this changes.
     pub places: Vec<String>,
+    /// Displacements of the points then.
     #[serde(flatten)]
     pub deviations: PathDeviations,
     /// Change of the logarithm of the rms distance over that of the factor: -1 of the only spring that gives.
@@ -51,10 +53,13 @@ pub struct Varied {
 /// What `compensate --vary` finds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Variation {
+    /// Unit of lengths.
     pub unit: &'static str,
     /// With everything as it is declared.
     pub declared: PathDeviations,
+    /// The path with one thing at a time declared otherwise.
     pub varied: Vec<Varied>,
+    /// Name of the robot.
     #[serde(skip)]
     pub robot: String,
 }

@@ -11,23 +11,32 @@ use crate::scene::{Part, PartKind, Scene, Shot};
 /// Displacement of the tool centre point, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ToolDeflection {
+    /// Along x of the base.
     pub x: f64,
+    /// Along y of the base.
     pub y: f64,
+    /// Along z of the base.
     pub z: f64,
+    /// Its length.
     pub norm: f64,
+    /// Unit of all of them.
     pub unit: &'static str,
 }
 
 /// What `view` finds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct View {
+    /// Name of the robot.
     pub robot: String,
     /// The command that shows it.
     pub source: String,
     /// rad and m.
     pub joints: IndexMap<String, f64>,
+    /// Unit of the points and of how far they move.
     pub unit: &'static str,
+    /// Parts that are drawn: links, joints, frames, beams, springs and so on.
     pub parts: Vec<Part>,
+    /// Points of the parts, nothing deflected; parts refer to them by index.
     pub points: Vec<[f64; 3]>,
     /// How far load moves each point; empty without load.
     pub moved: Vec<[f64; 3]>,
@@ -37,6 +46,7 @@ pub struct View {
     pub own_weight: OwnWeight,
     /// How many times the deflected shape is drawn magnified.
     pub magnified: f64,
+    /// Displacement of the tool centre point; `None` without load.
     pub deflection: Option<ToolDeflection>,
     /// By variable: name, and its value in words.
     #[serde(skip)]
