@@ -111,7 +111,13 @@ pub fn claims(
         judged.iter().filter(|(_, gates)| keeps_all || gates.hold(settings)).copied().collect();
     compared.nearest_first(&mut lawful);
     match lawful.split_first() {
-        Some(((own, gates), rivals)) => compared.named(*own, *gates, rivals),
+        Some(((own, gates), rivals)) => {
+            let mut claims = compared.named(*own, *gates, rivals);
+            if sharp.is_some() {
+                compared.add_joints(*own, &mut claims);
+            }
+            claims
+        }
         None => compared.unnamed().or_else(|| compared.of_site_alone(&judged)).into_iter().collect(),
     }
 }
@@ -212,6 +218,19 @@ impl Compared<'_> {
             Claim { hypothesis, level, rivals, support, stability, is_of_set: !is_one }
         };
         self.sets[own].iter().map(claim).collect()
+    }
+
+    /// Adds the joints that do as well together as a law does by itself to what is not told apart from it: where the noise decides, rivals are
+    /// sought one by one.
+    fn add_joints(&self, own: usize, claims: &mut [Claim]) {
+        let [claim] = claims else { return };
+        let is_room = claim.rivals.len() + 1 < self.forward.settings.group;
+        let of_joints = (1..self.sets.len()).filter(|&at| self.sets[at].len() > 1 && self.is_rival(at, own));
+        let nearest = of_joints.min_by(|&a, &b| self.total(a).total_cmp(&self.total(b)));
+        if let Some(at) = nearest.filter(|_| is_room && claim.level == Level::Law && self.sets[own].len() == 1) {
+            let loss = self.total(at) - self.total(own);
+            claim.rivals.push(Rival { hypothesis: self.sets[at][0], loss, is_of_joints: true });
+        }
     }
 
     /// Laws of one amount that move all readings as one of several joints that are one cause does: those of joints on one axis.

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::description::raw::{JointKind, RawBody, RawRobot};
 use crate::description::robot::{FRAME_SYMBOLS, Motion, Variable};
 use crate::model::{Model, Stage};
-use crate::parameter::{Kind, Parameter};
+use crate::parameter::Parameter;
 
 /// A variable.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -201,7 +201,7 @@ impl RobotSummary {
         let loops = model.stages.iter().filter_map(|s| if let Stage::Loops(g) = s { Some(&g.loops) } else { None });
         let parameter = |p: &Parameter| ParameterSummary {
             name: p.name.clone(),
-            unit: si(p.kind == Kind::Angle),
+            unit: p.kind.unit(),
             nominal: p.nominal,
             free: p.free,
             tolerance: p.tolerance,

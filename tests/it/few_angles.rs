@@ -43,3 +43,31 @@ fn an_error_at_a_few_angles_is_told_where_it_is() {
         );
     }
 }
+
+/// All markers of two configurations are wrong by what one joint does there: where that is at one of its angles these are no outliers,
+/// and where it is at two angles far apart they are.
+#[test]
+fn two_whole_configurations_at_one_angle_are_no_outliers() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let arm = ["simulate", "kuka-kr270", "--poses", "60", "--markers", "m1,m2,m3", "--unknown-base", "--seed", "5"];
+    let found = |into: &str, poses: [&str; 2]| {
+        let made = run(at, &[&arm[..], &["--into", into]].concat());
+        assert_eq!(made.status, 0, "{}", made.err);
+        spoil(&at.join(into), |table: &mut Table| {
+            let [pose, q3] = ["pose", "q3"].map(|name| table.column(name));
+            for row in table.rows.iter_mut().filter(|row| poses.contains(&row[pose].as_str())) {
+                let value: f64 = row[q3].parse().expect("deg");
+                row[q3] = (value + 0.05).to_string();
+            }
+        });
+        printed_json(at, &["diagnose", into])
+    };
+    // q3 is 13.3 and 13.6 deg.
+    let near = found("near", ["p004", "p034"]);
+    assert_eq!((&near["verdict"], near["causes"].as_array().map(Vec::len)), (&"unexplained".into(), Some(0)));
+    assert_eq!(near["rest"]["few_angles"]["variable"], "q3", "{}", near["rest"]);
+    // -64.9 and 112.6 deg.
+    let apart = found("apart", ["p017", "p042"]);
+    assert_eq!(apart["causes"][0]["effect"], "outliers", "{}", apart["causes"]);
+}
