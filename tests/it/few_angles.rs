@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use super::cli::run;
 use super::plausibility::{Table, json, spoil};
+use super::support::printed_json;
 
 /// What `diagnose` finds where a joint stands off within some degrees of an angle: a raised cosine, deg.
 fn diagnosed(at: &Path, robot: &str, seed: &str, (variable, centre, half_width, most): (&str, f64, f64, f64)) -> Value {
