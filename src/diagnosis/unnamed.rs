@@ -14,6 +14,7 @@ use super::linear_problem::LinearProblem;
 use super::selection::Selector;
 use super::settings::Settings;
 use super::stability::stability;
+use crate::effects::Family;
 use crate::math::quantiles::normal95;
 
 /// Leaves out causes of which nothing is certain once all others are fitted: the 95 % interval of their amounts then holds none. A curve that was
@@ -79,7 +80,9 @@ pub fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings
         let law = &hypotheses[first.hypothesis];
         let is_of_series = |claim: &&Claim| {
             let other = &hypotheses[claim.hypothesis];
-            let follows_same = other.site.name == law.site.name && other.family() == law.family();
+            // Of the history some follow the side of approach, others the last move.
+            let is_of_driver = matches!(law.family(), Family::Kinematic | Family::Elastic);
+            let follows_same = is_of_driver && other.site.name == law.site.name && other.family() == law.family();
             is_law(claim) && (other.is_same(law) || follows_same && !claim.is_of_set && !first.is_of_set)
         };
         let (series, others): (Vec<&Claim>, Vec<&Claim>) = kept.iter().partition(is_of_series);
