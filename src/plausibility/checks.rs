@@ -21,237 +21,98 @@ pub struct Check {
     pub find: fn(&Evidence, &Limits) -> Vec<Diagnostic>,
 }
 
-/// All checks, in the order in which they speak.
-pub const CHECKS: &[Check] = &[
-    Check {
-        codes: &[Code::UnlikeDescription, Code::WrongUnits, Code::Misread, Code::OutlyingReadings, Code::Implausible],
-        of_result: false,
-        about: "registration leaves what tolerances and noise allow; else the files are read in other ways",
-        find: readings::fit_the_description,
-    },
-    Check {
-        codes: &[Code::Misread, Code::WrongUnits],
-        of_result: false,
-        about: "deflections follow their loads as springs of the description can: else they are mirrored, the loads reversed, or the joints misread",
-        find: deflections::follow_their_loads,
-    },
-    Check {
-        codes: &[Code::WrongUnits],
-        of_result: false,
-        about: "deflections are of the order of those of the declared springs",
-        find: deflections::as_large_as_declared,
-    },
-    Check {
-        codes: &[Code::Doubtful],
-        of_result: false,
-        about: "stated noise and applied loads are such as instruments and arms have",
-        find: beyond::within_reason,
-    },
-    Check {
-        codes: &[Code::WrongUnits],
-        of_result: false,
-        about: "the noise stated for one reading is not a thousandth of that of the others",
-        find: stated_noise::alike,
-    },
-    Check {
-        codes: &[Code::Implausible],
-        of_result: false,
-        about: "no two points of the robot were read in one place",
-        find: points::apart,
-    },
-    Check {
-        codes: &[Code::ReferencesMoved, Code::NoiseDisagrees],
-        of_result: false,
-        about: "fixed reflectors stand still, and scatter as the stated noise allows; so do distances of rigid markers",
-        find: instrument::instrument,
-    },
-    Check {
-        codes: &[Code::SessionsDiffer],
-        of_result: false,
-        about: "sessions and files share base and tool where the campaign says so",
-        find: sessions::agree,
-    },
-    Check {
-        codes: &[Code::WeakDirection],
-        of_result: false,
-        about: "each joint moved in some of the readings",
-        find: amount::of_each_joint,
-    },
-    Check {
-        codes: &[Code::Doubtful],
-        of_result: false,
-        about: "sides of approach are not the reverse of the moves that led to the configurations",
-        find: approach::goes_with_the_moves,
-    },
-    Check {
-        codes: &[Code::WrongUnits],
-        of_result: false,
-        about: "where loads or masses bend it, the declared springs hold the arm as well as those of arms of its size",
-        find: springs::as_declared,
-    },
-    Check {
-        codes: &[Code::WrongUnits, Code::Misread],
-        of_result: false,
-        about: "measured torques of each joint are those that hold the described masses",
-        find: torques::hold_the_masses,
-    },
-    Check {
-        codes: &[Code::NotConverged],
-        of_result: true,
-        about: "the fit ended at a minimum: elsewhere values are only where it stopped",
-        find: numerics::converged,
-    },
-    Check {
-        codes: &[Code::Misread],
-        of_result: true,
-        about: "contacts agree with the distances and angles that are known between what they touch",
-        find: constraints::fit_the_contacts,
-    },
-    Check {
-        codes: &[Code::NotComputed],
-        of_result: true,
-        about: "all values and errors are finite: what is not was never computed",
-        find: numerics::finite,
-    },
-    Check {
-        codes: &[Code::Implausible],
-        of_result: true,
-        about: "base, tool and markers stand within the reach of an instrument",
-        find: numerics::within_reach,
-    },
-    Check {
-        codes: &[Code::WrongUnits],
-        of_result: true,
-        about: "an estimated scale is one that an instrument can have",
-        find: instrument::scale,
-    },
-    Check {
-        codes: &[Code::WeakDirection],
-        of_result: true,
-        about: "base and tool are determined: what was held of them is named",
-        find: numerics::weak_directions,
-    },
-    Check {
-        codes: &[Code::DependentReadings],
-        of_result: true,
-        about: "readings of one configuration scatter about the model as much as configurations do: repeats average out only what they do not share",
-        find: numerics::dependent,
-    },
-    Check {
-        codes: &[Code::Misread],
-        of_result: true,
-        about: "with the last joint negated, or base or tool estimated as well, calibration leaves what it does without: the joints count, and base and tool are, as the description says",
-        find: placement::as_placed,
-    },
-    Check {
-        codes: &[Code::MovedFar, Code::Misread, Code::WrongUnits],
-        of_result: true,
-        about: "constants that end far from the description do not stand for files that are to be read in another way: none leaves as little with constants that stay near it",
-        find: nearer::as_described,
-    },
-    Check {
-        codes: &[Code::SessionsDiffer],
-        of_result: true,
-        about: "with a base or a tool of its own for each session calibration leaves as much as without",
-        find: sessions::agree_calibrated,
-    },
-    Check {
-        codes: &[Code::OtherJoints],
-        of_result: true,
-        about: "with the other column of each joint (commanded for recorded) calibration leaves as much",
-        find: other_joints::as_declared,
-    },
-    Check {
-        codes: &[Code::WrongUnits, Code::Misread],
-        of_result: true,
-        about: "with the payload's mass or centre in another unit, its centre on the other side, or two payloads exchanged, calibration leaves as much",
-        find: payload::as_declared,
-    },
-    Check {
-        codes: &[Code::UnlikeDescription],
-        of_result: true,
-        about: "calibration explains most of what registration leaves, where that is more than tolerances allow",
-        find: readings::describes_the_readings,
-    },
-    Check {
-        codes: &[Code::OutlyingReadings, Code::UnlikeDescription],
-        of_result: true,
-        about: "no reading is far from what all others say, and no quarter of them is",
-        find: outlying::after,
-    },
-    Check {
-        codes: &[Code::MovedMidway],
-        of_result: true,
-        about: "what is left does not step at one row of the files",
-        find: midway::stands_still,
-    },
-    Check {
-        codes: &[Code::Misread],
-        of_result: true,
-        about: "deflections are not all shifted alike: the readings without load were of the unloaded robot",
-        find: deflections::zeroed,
-    },
-    Check {
-        codes: &[Code::MovedFar],
-        of_result: true,
-        about: "calibrated constants are within some tolerances of the description",
-        find: parameters::near_their_description,
-    },
-    Check {
-        codes: &[Code::MovedFar],
-        of_result: true,
-        about: "calibrated lengths are together as long as the declared ones",
-        find: parameters::of_the_same_size,
-    },
-    Check {
-        codes: &[Code::WrongUnits, Code::MovedFar],
-        of_result: true,
-        about: "springs are of the declared order of size",
-        find: parameters::as_stiff_as_declared,
-    },
-    Check {
-        codes: &[Code::WrongUnits],
-        of_result: true,
-        about: "springs are not all softer or stiffer by one factor: masses, stiffnesses or wrenches are off by it",
-        find: common_factor::of_calibration,
-    },
-    Check {
-        codes: &[Code::Implausible],
-        of_result: true,
-        about: "springs are neither free nor rigid to any instrument",
-        find: parameters::springs_within_their_range,
-    },
-    Check {
-        codes: &[Code::SpringsHeld],
-        of_result: true,
-        about: "springs are not fitted with a free length that is held",
-        find: parameters::free_lengths,
-    },
-    Check {
-        codes: &[Code::TooLittleData],
-        of_result: true,
-        about: "each session has more readings than a base or tool of its own has unknowns",
-        find: amount::of_sessions,
-    },
-    Check {
-        codes: &[Code::NoiseUnlikeStated, Code::Implausible],
-        of_result: true,
-        about: "residuals are of the order of the stated noise",
-        find: stated_noise::as_noisy_as_stated,
-    },
-    Check {
-        codes: &[Code::WorseThanRegistered],
-        of_result: true,
-        about: "calibration makes readings better that it did not see",
-        find: parameters::better_than_registered,
-    },
-    Check {
-        codes: &[Code::TooLittleData],
-        of_result: true,
-        about: "there are more readings than parameters, of configurations that differ",
-        find: parameters::enough_readings,
-    },
-];
+/// Makes [`CHECKS`] of rows: what finds, with which codes, and what it compares.
+macro_rules! checks {
+    ($(of_result: $of_result:literal { $($find:path: [$($code:ident),*] $about:literal,)* })*) => {
+        /// All checks, in the order in which they speak.
+        pub const CHECKS: &[Check] = &[$($(
+            Check { codes: &[$(Code::$code),*], of_result: $of_result, about: $about, find: $find },
+        )*)*];
+    };
+}
+
+checks! {
+    of_result: false {
+        readings::fit_the_description: [UnlikeDescription, WrongUnits, Misread, OutlyingReadings, Implausible]
+            "registration leaves what tolerances and noise allow; else the files are read in other ways",
+        deflections::follow_their_loads: [Misread, WrongUnits]
+            "deflections follow their loads as springs of the description can: else they are mirrored, the loads reversed, or the joints misread",
+        deflections::as_large_as_declared: [WrongUnits]
+            "deflections are of the order of those of the declared springs",
+        beyond::within_reason: [Doubtful]
+            "stated noise and applied loads are such as instruments and arms have",
+        stated_noise::alike: [WrongUnits]
+            "the noise stated for one reading is not a thousandth of that of the others",
+        points::apart: [Implausible]
+            "no two points of the robot were read in one place",
+        instrument::instrument: [ReferencesMoved, NoiseDisagrees]
+            "fixed reflectors stand still, and scatter as the stated noise allows; so do distances of rigid markers",
+        sessions::agree: [SessionsDiffer]
+            "sessions and files share base and tool where the campaign says so",
+        amount::of_each_joint: [WeakDirection]
+            "each joint moved in some of the readings",
+        approach::goes_with_the_moves: [Doubtful]
+            "sides of approach are not the reverse of the moves that led to the configurations",
+        springs::as_declared: [WrongUnits]
+            "where loads or masses bend it, the declared springs hold the arm as well as those of arms of its size",
+        torques::hold_the_masses: [WrongUnits, Misread]
+            "measured torques of each joint are those that hold the described masses",
+    }
+    of_result: true {
+        numerics::converged: [NotConverged]
+            "the fit ended at a minimum: elsewhere values are only where it stopped",
+        constraints::fit_the_contacts: [Misread]
+            "contacts agree with the distances and angles that are known between what they touch",
+        numerics::finite: [NotComputed]
+            "all values and errors are finite: what is not was never computed",
+        numerics::within_reach: [Implausible]
+            "base, tool and markers stand within the reach of an instrument",
+        instrument::scale: [WrongUnits]
+            "an estimated scale is one that an instrument can have",
+        numerics::weak_directions: [WeakDirection]
+            "base and tool are determined: what was held of them is named",
+        numerics::dependent: [DependentReadings]
+            "readings of one configuration scatter about the model as much as configurations do: repeats average out only what they do not share",
+        placement::as_placed: [Misread]
+            "with the last joint negated, or base or tool estimated as well, calibration leaves what it does without: the joints count, and base and tool are, as the description says",
+        nearer::as_described: [MovedFar, Misread, WrongUnits]
+            "constants that end far from the description do not stand for files that are to be read in another way: none leaves as little with constants that stay near it",
+        sessions::agree_calibrated: [SessionsDiffer]
+            "with a base or a tool of its own for each session calibration leaves as much as without",
+        other_joints::as_declared: [OtherJoints]
+            "with the other column of each joint (commanded for recorded) calibration leaves as much",
+        payload::as_declared: [WrongUnits, Misread]
+            "with the payload's mass or centre in another unit, its centre on the other side, or two payloads exchanged, calibration leaves as much",
+        readings::describes_the_readings: [UnlikeDescription]
+            "calibration explains most of what registration leaves, where that is more than tolerances allow",
+        outlying::after: [OutlyingReadings, UnlikeDescription]
+            "no reading is far from what all others say, and no quarter of them is",
+        midway::stands_still: [MovedMidway]
+            "what is left does not step at one row of the files",
+        deflections::zeroed: [Misread]
+            "deflections are not all shifted alike: the readings without load were of the unloaded robot",
+        parameters::near_their_description: [MovedFar]
+            "calibrated constants are within some tolerances of the description",
+        parameters::of_the_same_size: [MovedFar]
+            "calibrated lengths are together as long as the declared ones",
+        parameters::as_stiff_as_declared: [WrongUnits, MovedFar]
+            "springs are of the declared order of size",
+        common_factor::of_calibration: [WrongUnits]
+            "springs are not all softer or stiffer by one factor: masses, stiffnesses or wrenches are off by it",
+        parameters::springs_within_their_range: [Implausible]
+            "springs are neither free nor rigid to any instrument",
+        parameters::free_lengths: [SpringsHeld]
+            "springs are not fitted with a free length that is held",
+        amount::of_sessions: [TooLittleData]
+            "each session has more readings than a base or tool of its own has unknowns",
+        stated_noise::as_noisy_as_stated: [NoiseUnlikeStated, Implausible]
+            "residuals are of the order of the stated noise",
+        parameters::better_than_registered: [WorseThanRegistered]
+            "calibration makes readings better that it did not see",
+        parameters::enough_readings: [TooLittleData]
+            "there are more readings than parameters, of configurations that differ",
+    }
+}
 
 /// What all checks find.
 pub fn judge(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
