@@ -15,40 +15,30 @@ use super::truth::{Truth, TruthCause};
 use crate::description::campaign::Campaign;
 use crate::model::Model;
 use crate::prediction::PredictionError;
+use crate::settings::named;
 
-/// What a sealed campaign hides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// One effect.
-    Single,
-    /// Two.
-    Pair,
-    /// Three.
-    Triple,
-    /// None.
-    Null,
-    /// What no catalogue knows.
-    Unknown,
-    /// One effect, then what no catalogue knows.
-    Mixture,
-    /// None, and readings that are not what they are said to be.
-    Trap,
+named! {
+    /// What a sealed campaign hides.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Kind {
+        /// One effect.
+        Single "single",
+        /// Two.
+        Pair "pair",
+        /// Three.
+        Triple "triple",
+        /// None.
+        Null "null",
+        /// What no catalogue knows.
+        Unknown "unknown",
+        /// One effect, then what no catalogue knows.
+        Mixture "mixture",
+        /// None, and readings that are not what they are said to be.
+        Trap "trap",
+    }
 }
 
 impl Kind {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Single => "single",
-            Self::Pair => "pair",
-            Self::Triple => "triple",
-            Self::Null => "null",
-            Self::Unknown => "unknown",
-            Self::Mixture => "mixture",
-            Self::Trap => "trap",
-        }
-    }
-
     /// Number of causes.
     fn causes(self) -> usize {
         match self {

@@ -104,7 +104,7 @@ fn frame_key(frame: &RawFrame, key: &str) -> Option<f64> {
 /// Calls `fault` with key, message and remedy of every key that a frame has and its convention has not, and of every column
 /// that a joint lacks: of theta (of d of a prismatic joint), to which the variable is added, nothing is asked.
 fn check_keys(convention: Convention, name: &str, frame: &RawFrame, fault: &mut dyn FnMut(&str, String, String)) {
-    let label = convention.label();
+    let label = convention.name();
     let strange: &[&str] = match convention {
         Convention::KhalilKleinfinger => &["a"],
         Convention::ModifiedDh => &["r"],

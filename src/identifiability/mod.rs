@@ -18,6 +18,8 @@ pub use sensitivity::{Sensitivity, elastic_parameters, elastic_sensitivities, se
 
 use serde::{Deserialize, Serialize};
 
+use crate::settings::named;
+
 /// How columns are made comparable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -43,25 +45,16 @@ pub enum Criterion {
 /// The default of [`Criterion::Relative`].
 pub const DEFAULT_TOLERANCE: f64 = 6e-5;
 
-/// Why a parameter is dropped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Why {
-    /// Its column is a combination of others, or zero.
-    Exact,
-    /// What is left of it is worthless at the tolerance or the noise.
-    Weak,
-    /// It was asked to be held.
-    Held,
-}
-
-impl std::fmt::Display for Why {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Exact => "exact",
-            Self::Weak => "weak",
-            Self::Held => "held",
-        })
+named! {
+    /// Why a parameter is dropped.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Why {
+        /// Its column is a combination of others, or zero.
+        Exact "exact",
+        /// What is left of it is worthless at the tolerance or the noise.
+        Weak "weak",
+        /// It was asked to be held.
+        Held "held",
     }
 }
 

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
 use super::{BoundsError, EvaluationError, Side};
+use crate::settings::named;
 
 /// The question makes no sense, or not at its start; nothing was computed.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -54,35 +55,23 @@ pub enum UsageError {
     },
 }
 
-/// How the iteration ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Status {
-    /// Converged: the residual is perpendicular to everything that may still move, or nothing may move.
-    Gradient,
-    /// Converged: the cost cannot be lowered noticeably.
-    Cost,
-    /// Converged: the step is negligible.
-    Step,
-    /// Converged: the cost fell below the floor.
-    PerfectFit,
-    /// `max_iterations` steps were tried.
-    IterationLimit,
-    /// The trust region shrank to nothing though the model promises progress: the derivative is wrong, the model jumps,
-    /// or a wall of the domain is in the way. Also after a step lost in rounding noise.
-    Stalled,
-}
-
-impl std::fmt::Display for Status {
-    /// One word, as reports and JSON have it.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Gradient => "gradient",
-            Self::Cost => "cost",
-            Self::Step => "step",
-            Self::PerfectFit => "perfectfit",
-            Self::IterationLimit => "iterationlimit",
-            Self::Stalled => "stalled",
-        })
+named! {
+    /// How the iteration ended.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Status {
+        /// Converged: the residual is perpendicular to everything that may still move, or nothing may move.
+        Gradient "gradient",
+        /// Converged: the cost cannot be lowered noticeably.
+        Cost "cost",
+        /// Converged: the step is negligible.
+        Step "step",
+        /// Converged: the cost fell below the floor.
+        PerfectFit "perfectfit",
+        /// `max_iterations` steps were tried.
+        IterationLimit "iterationlimit",
+        /// The trust region shrank to nothing though the model promises progress: the derivative is wrong, the model jumps,
+        /// or a wall of the domain is in the way. Also after a step lost in rounding noise.
+        Stalled "stalled",
     }
 }
 

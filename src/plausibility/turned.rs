@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 use crate::math::rotation_vector;
+use crate::settings::named;
 
 /// How an orientation may be meant instead.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,14 +36,16 @@ pub enum Turned {
     ScalarLast,
 }
 
-/// Units of angles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Angles {
-    Degrees,
-    Radians,
-    Milliradians,
-    Gon,
-    Turns,
+named! {
+    /// Units of angles.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Angles {
+        Degrees "deg",
+        Radians "rad",
+        Milliradians "mrad",
+        Gon "gon",
+        Turns "turns",
+    }
 }
 
 impl Angles {
@@ -74,17 +77,6 @@ impl Angles {
             Self::Milliradians => 1e-3,
             Self::Gon => PI / 200.0,
             Self::Turns => 2.0 * PI,
-        }
-    }
-
-    /// As it is written.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Degrees => "deg",
-            Self::Radians => "rad",
-            Self::Milliradians => "mrad",
-            Self::Gon => "gon",
-            Self::Turns => "turns",
         }
     }
 }

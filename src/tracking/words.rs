@@ -4,6 +4,7 @@ use super::monitor::{Event, Shape};
 use crate::description::raw::JointKind;
 use crate::model::Model;
 use crate::parameter::{Group, Kind};
+use crate::settings::named;
 
 /// What a changed parameter is on the machine.
 pub fn meaning(model: &Model, name: &str) -> String {
@@ -34,25 +35,16 @@ fn is_zero(model: &Model, name: &str) -> bool {
         .any(|frame| frame.moves() && Some(frame.moving_slot()) == slot && frame.joint != JointKind::Fixed)
 }
 
-/// What happened to a robot at a check.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum EventKind {
-    /// A constant has jumped.
-    Step,
-    /// A constant grows.
-    Growth,
-    /// Something that is no constant.
-    Effect,
-}
-
-impl std::fmt::Display for EventKind {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Step => "step",
-            Self::Growth => "growth",
-            Self::Effect => "effect",
-        })
+named! {
+    /// What happened to a robot at a check.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum EventKind {
+        /// A constant has jumped.
+        Step "step",
+        /// A constant grows.
+        Growth "growth",
+        /// Something that is no constant.
+        Effect "effect",
     }
 }
 

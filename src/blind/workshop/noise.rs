@@ -7,25 +7,28 @@ use rand_distr::{Distribution, StudentT};
 
 use crate::blind::design::normal;
 use crate::description::campaign::Campaign;
+use crate::settings::named;
 
 /// Share of the variance that the readings of a configuration, or neighbours in time, have in common.
 const COMMON: f64 = 0.64;
 /// Noise at the instrument, over that at the mean distance.
 const NEAR: f64 = 0.2;
 
-/// A kind of noise; all have the same root mean square.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Noise {
-    /// Each coordinate by itself.
-    Independent,
-    /// Readings of one configuration share most of it.
-    Shared,
-    /// Student's t of three degrees of freedom.
-    HeavyTailed,
-    /// 1/f in time.
-    Flicker,
-    /// Growing with the distance from the instrument.
-    Distant,
+named! {
+    /// A kind of noise; all have the same root mean square.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Noise {
+        /// Each coordinate by itself.
+        Independent "independent",
+        /// Readings of one configuration share most of it.
+        Shared "shared",
+        /// Student's t of three degrees of freedom.
+        HeavyTailed "heavy-tailed",
+        /// 1/f in time.
+        Flicker "1/f",
+        /// Growing with the distance from the instrument.
+        Distant "distant",
+    }
 }
 
 impl Noise {
@@ -33,17 +36,6 @@ impl Noise {
     pub fn draw(is_difference: bool, random: &mut ChaCha8Rng) -> Self {
         let all = [Self::Independent, Self::Shared, Self::HeavyTailed, Self::Flicker, Self::Distant];
         all[random.random_range(0..if is_difference { 4 } else { 5 })]
-    }
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Independent => "independent",
-            Self::Shared => "shared",
-            Self::HeavyTailed => "heavy-tailed",
-            Self::Flicker => "1/f",
-            Self::Distant => "distant",
-        }
     }
 
     /// Errors of all readings, in sigmas, given what would be shown without.

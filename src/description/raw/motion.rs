@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{RawStiffness, absent};
 #[cfg(feature = "cli")]
 use super::{name, names};
+use crate::settings::named;
 
 raw! {
     /// A frame placed in its antecedent by Ry(beta) Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)
@@ -54,27 +55,18 @@ raw! {
     }
 }
 
-/// How the constants of frames are read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[cfg_attr(feature = "cli", derive(JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum Convention {
-    /// Khalil and Kleinfinger 1986: `beta gamma b alpha d theta r`.
-    KhalilKleinfinger,
-    /// Craig's table: `alpha a theta d`, alpha and a being those of the body before; `beta gamma b` may be added.
-    ModifiedDh,
-    /// The table of Denavit and Hartenberg as in Paul or Spong: `theta d a alpha`, frame i at the far end of body i.
-    ClassicalDh,
-}
-
-impl Convention {
-    /// As written in a file.
-    pub const fn label(self) -> &'static str {
-        match self {
-            Self::KhalilKleinfinger => "khalil-kleinfinger",
-            Self::ModifiedDh => "modified-dh",
-            Self::ClassicalDh => "classical-dh",
-        }
+named! {
+    /// How the constants of frames are read.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+    #[cfg_attr(feature = "cli", derive(JsonSchema))]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Convention {
+        /// Khalil and Kleinfinger 1986: `beta gamma b alpha d theta r`.
+        KhalilKleinfinger "khalil-kleinfinger",
+        /// Craig's table: `alpha a theta d`, alpha and a being those of the body before; `beta gamma b` may be added.
+        ModifiedDh "modified-dh",
+        /// The table of Denavit and Hartenberg as in Paul or Spong: `theta d a alpha`, frame i at the far end of body i.
+        ClassicalDh "classical-dh",
     }
 }
 

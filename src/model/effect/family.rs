@@ -1,30 +1,30 @@
 //! Families of effects: what can be said of a cause when neither its site nor its law is certain.
 
-use serde::Serialize;
-
 use super::reading_context::Condition;
 use super::site::SiteKind;
+use crate::settings::named;
 
-/// A kind of cause.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Family {
-    /// Something gives under load: own weight, a payload, an applied wrench.
-    Elastic,
-    /// A joint stands elsewhere, by its own angle or another's.
-    Kinematic,
-    /// What was done before counts: the last move, the side of approach.
-    History,
-    /// It goes with time.
-    Time,
-    /// It goes with temperature.
-    Temperature,
-    /// The instrument.
-    Instrument,
-    /// Constants of the description.
-    Geometry,
-    /// Single readings.
-    Gross,
+named! {
+    /// A kind of cause.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    pub enum Family {
+        /// Something gives under load: own weight, a payload, an applied wrench.
+        Elastic "elastic",
+        /// A joint stands elsewhere, by its own angle or another's.
+        Kinematic "kinematic",
+        /// What was done before counts: the last move, the side of approach.
+        History "history",
+        /// It goes with time.
+        Time "time",
+        /// It goes with temperature.
+        Temperature "temperature",
+        /// The instrument.
+        Instrument "instrument",
+        /// Constants of the description.
+        Geometry "geometry",
+        /// Single readings.
+        Gross "gross",
+    }
 }
 
 impl Family {
@@ -36,20 +36,6 @@ impl Family {
             (Some(Condition::Approach | Condition::LastMove), _) => Self::History,
             (None, SiteKind::Instrument) => Self::Instrument,
             (Some(Condition::GearRatio) | None, _) => Self::Kinematic,
-        }
-    }
-
-    /// As it is written.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Elastic => "elastic",
-            Self::Kinematic => "kinematic",
-            Self::History => "history",
-            Self::Time => "time",
-            Self::Temperature => "temperature",
-            Self::Instrument => "instrument",
-            Self::Geometry => "geometry",
-            Self::Gross => "gross",
         }
     }
 
