@@ -8,7 +8,7 @@ use crate::diagnostic::Diagnostic;
 use crate::estimation::{self, CalibrationError, calibrate, errors_of};
 use crate::model::{Catalogue, Model};
 use crate::plausibility::{Evidence, Limits, doubts, judge, refusing};
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::residuals;
 
 /// Most effects that a group may hold to count as an answer.
 const GROUP: usize = 3;
@@ -134,9 +134,8 @@ pub fn examine(model: &Model, campaign: &Campaign, fresh: &Campaign, seed: u64) 
         Err(error) => return Ok(Answer::refused(error.to_string(), taken)),
     };
     let left = |model: &Model, values: &[f64]| -> Result<f64, CalibrationError> {
-        let mut out = Linearised::default();
-        Predictor::new(model, fresh, Vec::new())?.linearise(values, false, &mut out)?;
-        Ok(errors_of(fresh, &out.residual, |_| true).distance[1])
+        let out = residuals(model, fresh, values)?;
+        Ok(errors_of(fresh, &out, |_| true).distance[1])
     };
     let diagnosed = found.applied(model);
     let fresh = [left(model, &plain.values)?, left(&diagnosed, &diagnosed.completed(&found.values))?];

@@ -10,7 +10,7 @@ use crate::description::campaign::Campaign;
 use crate::math::linear::Svd;
 use crate::model::Model;
 use crate::parameter::Kind;
-use crate::prediction::{Linearised, PredictionError, Predictor};
+use crate::prediction::{PredictionError, Predictor};
 
 /// A cause that must displace readings further than this (m) to leave such a gap is drawn again.
 const FURTHEST: f64 = 0.012;
@@ -54,8 +54,7 @@ impl Projection {
             }
         }
         let predictor = Predictor::new(model, campaign, slots.clone())?;
-        let mut found = Linearised::default();
-        predictor.linearise(values, true, &mut found)?;
+        let found = predictor.linearised(values)?;
         let basis = basis(DMatrix::from_row_slice(predictor.rows(), slots.len(), &found.jacobian));
         let undisturbed = Plant { model, values: values.to_vec(), causes: Vec::new() }.readings(campaign, 0.0)?;
         Ok(Self { basis, undisturbed })

@@ -12,7 +12,7 @@ use crate::math::{least_squares, orthonormal, project_off};
 use crate::model::Model;
 use crate::model::nuisance;
 use crate::parameter::Slot;
-use crate::prediction::{Linearised, PredictionError, Predictor, Term, effect_columns, survey};
+use crate::prediction::{PredictionError, Predictor, Term, effect_columns, survey};
 
 /// Root mean square difference over the noise, a coordinate, below which two causes are tied.
 const TIED: f64 = 0.3;
@@ -139,9 +139,8 @@ impl<'a> Signals<'a> {
 
     /// Derivatives of the predictions, and what they leave of the readings.
     fn derivatives(&self, slots: &[Slot]) -> Result<(DMatrix<f64>, DVector<f64>), PredictionError> {
-        let mut found = Linearised::default();
         let predictor = Predictor::new(self.model, &self.campaign, slots.to_vec())?;
-        predictor.linearise(&self.values, true, &mut found)?;
+        let found = predictor.linearised(&self.values)?;
         let columns = DMatrix::from_row_slice(predictor.rows(), slots.len(), &found.jacobian);
         Ok((columns / self.noise, DVector::from_vec(found.residual) / self.noise))
     }

@@ -9,7 +9,7 @@ use crate::estimation::row_sigmas;
 use crate::math::{least_squares, orthonormal};
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
-use crate::prediction::{Linearised, PredictionError, Predictor, Term, effect_columns};
+use crate::prediction::{PredictionError, Predictor, Term, effect_columns};
 
 /// Weighted rows of all readings.
 #[derive(Debug, Clone)]
@@ -74,8 +74,7 @@ impl LinearProblem {
         slots.extend(hypotheses.iter().flat_map(|hypothesis| &hypothesis.constants));
         slots.sort_unstable();
         slots.dedup();
-        let mut found = Linearised::default();
-        Predictor::new(model, campaign, slots.clone())?.linearise(values, true, &mut found)?;
+        let found = Predictor::new(model, campaign, slots.clone())?.linearised(values)?;
         let sigmas = row_sigmas(campaign);
         let rows = sigmas.len();
         // Every slot asked for is among the sorted ones.

@@ -19,7 +19,7 @@ use crate::description::campaign::Campaign;
 use crate::effects::Family;
 use crate::estimation::{CalibrationError, errors_of};
 use crate::math::{distinct, least_squares, median};
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction;
 
 /// Median absolute deviation of normal noise, to its sigma.
 const NORMAL: f64 = 1.4826;
@@ -263,7 +263,5 @@ fn left_of_all(inputs: &Inputs, competition: &Competition, members: &[usize]) ->
         model.switch_on(entry(&competition.problem.hypotheses[member], &fitted.parameters(step)));
     }
     let values = model.completed(&with_nuisance(inputs.model, competition, &fitted));
-    let mut found = Linearised::default();
-    Predictor::new(&model, inputs.campaign, Vec::new())?.linearise(&values, false, &mut found)?;
-    Ok(found.residual)
+    Ok(prediction::residuals(&model, inputs.campaign, &values)?)
 }

@@ -11,7 +11,7 @@ use crate::description::campaign::Campaign;
 use crate::identifiability::Identifiability;
 use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
-use crate::prediction::{Linearised, PredictionError, Predictor};
+use crate::prediction::{PredictionError, Predictor};
 
 /// By which rule an equivalent is split back into its members.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -138,8 +138,7 @@ fn network(predictor: &Predictor, values: &[f64], columns: &[usize]) -> Result<O
         changed
             .iter()
             .for_each(|&slot| values[slot] *= if is_stiffness(model, slot) { CHANGED.recip() } else { CHANGED });
-        let mut found = Linearised::default();
-        predictor.linearise(&values, true, &mut found)?;
+        let found = predictor.linearised(&values)?;
         // In proportion to the first column, and by compliance.
         let width = slots.len();
         let along = |column: usize| -> f64 {
@@ -165,8 +164,7 @@ fn ratio_follows(
 ) -> Result<bool, PredictionError> {
     let mut changed = values.to_vec();
     changed[predictor.slots[dropped]] *= CHANGED;
-    let mut found = Linearised::default();
-    predictor.linearise(&changed, true, &mut found)?;
+    let found = predictor.linearised(&changed)?;
     let (mut across, mut square) = (0.0, 0.0);
     for row in found.jacobian.chunks(predictor.slots.len()) {
         across += row[keeper] * row[dropped];

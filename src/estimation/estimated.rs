@@ -11,7 +11,6 @@ use super::task::Task;
 use crate::description::raw::RawFit;
 use crate::math::quantiles::t95;
 use crate::parameter::{Group, Slot};
-use crate::prediction::{Linearised, PredictionError};
 
 /// Greatest change of a reading, in its standard deviations, that no campaign shows: a hundred thousand readings together would
 /// show it by three.
@@ -35,11 +34,7 @@ impl Task<'_> {
     ) -> Result<Vec<bool>, CalibrationError> {
         let mut at_bound = found.at_bound.clone();
         let sigmas = row_sigmas(self.campaign);
-        let predicted = |values: &[f64]| -> Result<Vec<f64>, PredictionError> {
-            let mut found = Linearised::default();
-            self.everything.linearise(values, false, &mut found)?;
-            Ok(found.residual)
-        };
+        let left = |values: &[f64]| self.everything.linearised(values).map(|found| found.residual);
         for (k, slot) in selection.kept().into_iter().enumerate() {
             if !at_bound[k] || self.model.registry[slot].group != Group::Elastic {
                 continue;
@@ -49,7 +44,7 @@ impl Task<'_> {
                 group.map_or_else(|| vec![slot], |group| group.members.iter().map(|(slot, _)| *slot).collect());
             let mut declared = values.clone();
             members.iter().for_each(|&slot| declared[slot] = self.nominal[slot]);
-            let (now, then) = (predicted(values)?, predicted(&declared)?);
+            let (now, then) = (left(values)?, left(&declared)?);
             let moved = now.iter().zip(&then).zip(&sigmas).map(|((a, b), sigma)| (a - b).abs() / sigma);
             if moved.fold(0.0, f64::max) < UNSEEN {
                 *values = declared;
@@ -68,8 +63,7 @@ impl Task<'_> {
         open: &[f64],
     ) -> Result<Vec<Estimate>, CalibrationError> {
         let slots = &selection.predictor.slots;
-        let mut last = Linearised::default();
-        selection.predictor.linearise(values, true, &mut last)?;
+        let last = selection.predictor.linearised(values)?;
         let moves = moves(&self.fitted, &last.jacobian, slots, values);
         // Of readings and of what dropped parameters leave open, which is as good as known (Welch and Satterthwaite).
         let width = |k: usize| {

@@ -8,7 +8,7 @@ use crate::description::campaign::Campaign;
 use crate::least_squares::Loss;
 use crate::math::mean_rms_max;
 use crate::parameter::Slot;
-use crate::prediction::{ConfigurationError, ConfigurationErrors, Linearised, NoiseParts, Predictor};
+use crate::prediction::{ConfigurationError, ConfigurationErrors, NoiseParts, Predictor};
 
 impl Task<'_> {
     /// Standard deviation of the fitted residuals of each direction, m: of positions, or of single lengths where none is read.
@@ -48,8 +48,7 @@ impl Task<'_> {
         if check.readings.is_empty() {
             return Ok((None, Vec::new()));
         }
-        let mut found = Linearised::default();
-        Predictor::new(self.model, &check, kept.to_vec())?.linearise(values, true, &mut found)?;
+        let found = Predictor::new(self.model, &check, kept.to_vec())?.linearised(values)?;
         let predicted = self.predicted_rms(&check, &found.jacobian, covariance, residual);
         let of_rows = self.noise_by_direction(covariance, residual);
         let errors = ConfigurationErrors {

@@ -10,7 +10,7 @@ use crate::description::campaign::{Campaign, Target};
 use crate::identifiability::{Column, Criterion, Identifiability, Scaling, reduce};
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
-use crate::prediction::{Linearised, PredictionError, Predictor, declared, seated};
+use crate::prediction::{PredictionError, Predictor, declared, seated};
 
 /// Candidates and the reduction of their columns.
 #[derive(Debug, Clone)]
@@ -95,14 +95,10 @@ pub(super) fn reduced(
 /// The observation matrix of the predictor's slots at `values`, row-major, its rows divided by `sigmas` (m, rad); with balls in
 /// sockets seated there, off which they would show what the noise alone shows.
 pub(super) fn weighted(predictor: &Predictor, values: &[f64], sigmas: &[f64]) -> Result<Vec<f64>, PredictionError> {
-    let mut found = Linearised::default();
-    match seated(predictor.model, predictor.campaign, values)? {
-        Cow::Borrowed(_) => predictor.linearise(values, true, &mut found)?,
-        Cow::Owned(seated) => {
-            let there = Predictor::new(predictor.model, &seated, predictor.slots.clone())?;
-            there.linearise(values, true, &mut found)?;
-        }
-    }
+    let mut found = match seated(predictor.model, predictor.campaign, values)? {
+        Cow::Borrowed(_) => predictor.linearised(values)?,
+        Cow::Owned(seated) => Predictor::new(predictor.model, &seated, predictor.slots.clone())?.linearised(values)?,
+    };
     for (row, sigma) in found.jacobian.chunks_mut(predictor.slots.len().max(1)).zip(sigmas) {
         row.iter_mut().for_each(|value| *value /= sigma);
     }

@@ -14,7 +14,7 @@ use crate::math::distinct;
 use crate::model::Model;
 use crate::observation::{MeasuredPoint, Observes};
 use crate::parameter::Slot;
-use crate::prediction::{Linearised, PredictionError, Predictor, earlier_normal, target_values, undeflected_point};
+use crate::prediction::{PredictionError, Predictor, earlier_normal, residuals, target_values, undeflected_point};
 
 /// Slots of the measuring arrangement the campaign asks to estimate.
 pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
@@ -143,7 +143,7 @@ fn start_distances(model: &Model, campaign: &Campaign, values: &mut [f64]) {
 }
 
 /// Values with base, tool, markers and what readings refer to fitted to the readings, the robot as `values` (by slot) say, and
-/// the residuals there, as [`Linearised::residual`]. Quicker than [`super::calibrate`] with nothing free, and less exact: to
+/// the residuals there, as [`crate::prediction::Linearised::residual`]. Quicker than [`super::calibrate`] with nothing free, and less exact: to
 /// compare descriptions and ways to read a campaign, not to report.
 ///
 /// # Errors
@@ -178,9 +178,8 @@ pub fn registered(
             values = problem.values(&found.x);
         }
     }
-    let mut found = Linearised::default();
-    Predictor::new(model, campaign, Vec::new())?.linearise(&values, false, &mut found)?;
-    Ok((values, found.residual))
+    let found = residuals(model, campaign, &values)?;
+    Ok((values, found))
 }
 
 /// Values with what no description holds fitted to the readings, and which parameters these are: where contacts and anchors are, zeros,

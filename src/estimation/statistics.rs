@@ -24,14 +24,12 @@ pub struct Errors {
 ///
 /// ```
 /// use elastogeo::estimation::errors_of;
-/// use elastogeo::prediction::{Linearised, Predictor};
+/// use elastogeo::prediction::residuals;
 ///
 /// let loaded = elastogeo::files::load_campaign("ir663-simulated", None)?;
 /// let model = &loaded.robot.model;
-/// let mut found = Linearised::default();
-/// let predictor = Predictor::new(model, &loaded.campaign, Vec::new())?;
-/// predictor.linearise(&model.registry.nominal(), false, &mut found)?;
-/// let errors = errors_of(&loaded.campaign, &found.residual, |_| true);
+/// let found = residuals(model, &loaded.campaign, &model.registry.nominal())?;
+/// let errors = errors_of(&loaded.campaign, &found, |_| true);
 /// assert_eq!(errors.readings, 43);
 /// assert!((0.5e-3..1.5e-3).contains(&errors.distance[1])); // not calibrated yet
 /// # Ok::<(), elastogeo::Error>(())

@@ -19,7 +19,7 @@ use crate::least_squares::{Bounds, Loss, Problem, Progress};
 use crate::math::mean_rms_max;
 use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
-use crate::prediction::{Linearised, PredictionError, Predictor};
+use crate::prediction::{PredictionError, Predictor, residuals};
 
 /// What is to be calibrated: a model, on the readings of a campaign that are not held out.
 #[derive(Clone, Copy)]
@@ -144,8 +144,7 @@ impl<'a> Task<'a> {
 
     /// Errors and residuals of all readings at some values.
     pub(super) fn errors(&self, values: &[f64]) -> Result<(Figures, Vec<f64>), PredictionError> {
-        let mut found = Linearised::default();
-        self.everything.linearise(values, false, &mut found)?;
+        let found = self.everything.linearised(values)?;
         let of = |held_out: bool| errors_of(self.campaign, &found.residual, |i| self.held_out[i] == held_out);
         Ok((Figures { fit: of(false), check: of(true) }, found.residual))
     }
@@ -232,11 +231,10 @@ impl<'a> Task<'a> {
     /// Standard deviation of each row from the residuals of a first fit, one for each direction.
     fn direction_sigmas(&self, kept: &[Slot], start: &[f64]) -> Result<Vec<f64>, CalibrationError> {
         let values = self.quick_fit(kept.to_vec(), start, &bounds_of(self.model, kept, start))?;
-        let mut found = Linearised::default();
-        Predictor::new(self.model, &self.fitted, Vec::new())?.linearise(&values, false, &mut found)?;
+        let found = residuals(self.model, &self.fitted, &values)?;
         // By kind of reading and component.
         let mut by_component: IndexMap<(&str, usize), Vec<f64>> = IndexMap::new();
-        let readings = || self.fitted.by_reading(&found.residual, 1);
+        let readings = || self.fitted.by_reading(&found, 1);
         for (reading, own) in readings() {
             for (k, residual) in own.iter().enumerate() {
                 by_component.entry((reading.observes.name(), k)).or_default().push(*residual);

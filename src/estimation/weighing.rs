@@ -17,7 +17,7 @@ use crate::description::campaign::{Campaign, Reading};
 use crate::least_squares::Progress;
 use crate::math::{least_squares, median};
 use crate::model::Model;
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::Predictor;
 
 /// Most fits of the linear problem: the ratio converges linearly, slowly where one kind of rows weighs far too much at first.
 const ROUNDS: usize = 200;
@@ -106,8 +106,7 @@ fn ratios(
     let fitted = campaign.select(|index, _| held_out.get(index) != Some(&true));
     let kept = found.identifiability.kept.iter().map(|&column| found.slots[column]).collect();
     let predictor = Predictor::new(model, &fitted, kept)?;
-    let mut at_end = Linearised::default();
-    predictor.linearise(&found.values, true, &mut at_end)?;
+    let at_end = predictor.linearised(&found.values)?;
     let (sigmas, width) = (row_sigmas(&fitted), predictor.slots.len());
     let of_rows = |reading: &Reading| row_kinds(reading).map(|kind| weight(reading)[kind]).collect::<Vec<_>>();
     let mut weights: Vec<Weight> = fitted.readings.iter().flat_map(of_rows).collect();

@@ -5,7 +5,7 @@ use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
 use crate::model::Model;
 use crate::observation::{DEFLECTION_POSE, POSE};
 use crate::parameter::{Group, Slot};
-use crate::prediction::{Linearised, PredictionError, Predictor};
+use crate::prediction::{PredictionError, Predictor};
 
 /// mu_P and mu_Phi of a parameter (norms of its position and orientation columns), mean and greatest over the
 /// configurations: m and rad per m or rad.
@@ -126,8 +126,7 @@ pub fn elastic_sensitivities(
     for reading in &mut at_tool.readings {
         (reading.observes, reading.marker) = (observes, None);
     }
-    let mut found = Linearised::default();
-    Predictor::new(model, &at_tool, slots.to_vec())?.linearise(&model.registry.nominal(), true, &mut found)?;
+    let found = Predictor::new(model, &at_tool, slots.to_vec())?.linearised(&model.registry.nominal())?;
     let width = slots.len().max(1);
     let mut all: Vec<Sensitivity> =
         slots.iter().map(|&slot| Sensitivity { slot, position: [0.0; 2], orientation: [0.0; 2] }).collect();

@@ -13,7 +13,7 @@ use crate::math::distinct;
 use crate::model::Model;
 use crate::observation::{DEFLECTION, POSITION};
 use crate::parameter::{Group, Parameter, Slot};
-use crate::prediction::{Linearised, Predictor, fill_holding_loads, seated};
+use crate::prediction::{Predictor, fill_holding_loads, seated};
 use crate::simulation::{Loaded, Plan, unmeasured};
 
 /// Derivatives of readings by identifiable parameters in the coordinates in which the mean candidate's information is
@@ -313,12 +313,11 @@ fn weighted(
     slots: &[Slot],
     repeats: f64,
 ) -> Result<Vec<f64>, PlanningError> {
-    let mut found = Linearised::default();
     let mut loaded = std::borrow::Cow::Borrowed(campaign);
     if campaign.readings.iter().any(|reading| reading.observes.by_variable().is_some()) {
         fill_holding_loads(model, loaded.to_mut())?;
     }
-    Predictor::new(model, &loaded, slots.to_vec())?.linearise(values, true, &mut found)?;
+    let mut found = Predictor::new(model, &loaded, slots.to_vec())?.linearised(values)?;
     for (row, sigma) in found.jacobian.chunks_mut(slots.len()).zip(row_sigmas(campaign)) {
         row.iter_mut().for_each(|value| *value *= repeats.sqrt() / sigma);
     }

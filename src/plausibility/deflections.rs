@@ -15,7 +15,7 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, What, calibrate, row_sigmas};
 use crate::math::{median, orthonormal, project_off, quantiles::f_tail};
 use crate::model::Model;
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::{Predictor, residuals};
 
 /// Most steps of a trial: springs are nearly linear in deflections.
 const STEPS: usize = 12;
@@ -125,8 +125,7 @@ fn promising(evidence: &Evidence, chosen: &[bool], limits: &Limits) -> Vec<Hypot
 fn linear_error(model: &Model, campaign: &Campaign, values: &[f64], limits: &Limits) -> Option<f64> {
     let slots = model.elastic_slots();
     let width = slots.len();
-    let mut all = Linearised::default();
-    Predictor::new(model, campaign, slots).ok()?.linearise(values, true, &mut all).ok()?;
+    let all = Predictor::new(model, campaign, slots).ok()?.linearised(values).ok()?;
     let sigmas = row_sigmas(campaign);
     let residual = DVector::from_fn(sigmas.len(), |row, _| all.residual[row] / sigmas[row]);
     let columns = DMatrix::from_fn(sigmas.len(), width, |row, k| all.jacobian[row * width + k] / sigmas[row]);
@@ -150,12 +149,7 @@ pub(super) fn as_large_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<
     if !campaign.is_difference() {
         return Vec::new();
     }
-    let mut nominal = Linearised::default();
-    let predicted = Predictor::new(model, campaign, Vec::new())
-        .and_then(|by| by.linearise(&model.registry.nominal(), false, &mut nominal));
-    if predicted.is_err() {
-        return Vec::new();
-    }
+    let Ok(nominal) = residuals(model, campaign, &model.registry.nominal()) else { return Vec::new() };
     let size = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>().sqrt();
     let ratio = |(reading, residual): (&Reading, &[f64])| {
         let lengths = reading.observes.length_rows();
@@ -166,7 +160,7 @@ pub(super) fn as_large_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<
         // What neither shows above the noise says nothing; what is rigid gives nothing to compare with.
         (given > 0.0 && measured.max(given) > limits.trimmed * noise).then(|| (measured / given).ln())
     };
-    let mut ratios: Vec<f64> = campaign.by_reading(&nominal.residual, 1).filter_map(ratio).collect();
+    let mut ratios: Vec<f64> = campaign.by_reading(&nominal, 1).filter_map(ratio).collect();
     let count = ratios.len();
     let Some(middle) = median(&mut ratios).filter(|_| count >= limits.least_configurations) else { return Vec::new() };
     if middle.abs() < limits.deflection_factor.ln() || !middle.is_finite() {

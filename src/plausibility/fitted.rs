@@ -8,7 +8,7 @@ use super::trial::{is_of_torques, lever};
 use crate::estimation::row_sigmas;
 use crate::math::orthonormal;
 use crate::parameter::Slot;
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::Predictor;
 
 /// Fitted readings from which the parameters' share of each is left out of account: it is then below a hundredth.
 const MANY: usize = 20_000;
@@ -53,8 +53,7 @@ impl<'a> Fitted<'a> {
         let readings: Vec<usize> = (0..evidence.campaign.readings.len()).filter(|&k| is_fitted(k)).collect();
         let slots: Vec<Slot> = if readings.len() > MANY { Vec::new() } else { slots };
         let width = slots.len();
-        let mut all = Linearised::default();
-        Predictor::new(evidence.model, &campaign, slots).ok()?.linearise(&found.values, width > 0, &mut all).ok()?;
+        let all = Predictor::new(evidence.model, &campaign, slots).ok()?.linearised(&found.values).ok()?;
         let mut rows = vec![0];
         for reading in &campaign.readings {
             rows.push(rows.last().copied().unwrap_or(0) + reading.observes.rows());

@@ -23,7 +23,7 @@ use crate::kinematics::{Geometry, Placements};
 use crate::math::quantiles::f_tail;
 use crate::math::{distinct, median};
 use crate::noise::reference_noise;
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::residuals;
 
 /// Least number of readings on either side: two or three wrong ones in a row are outliers and no step, and the three values of a
 /// step are then found from 15 coordinates at least.
@@ -180,9 +180,7 @@ fn by_variables(fit: &Fitted, values: &[f64]) -> Option<Vec<Vector3<f64>>> {
     let left = |variable: usize, by: f64| -> Option<Vec<f64>> {
         let mut moved = fitted.clone();
         moved.joints.iter_mut().skip(variable).step_by(count).for_each(|value| *value += by);
-        let mut all = Linearised::default();
-        Predictor::new(model, &moved, Vec::new()).ok()?.linearise(values, false, &mut all).ok()?;
-        Some(all.residual)
+        residuals(model, &moved, values).ok()
     };
     let mut found = vec![Vector3::zeros(); count * fit.readings().len()];
     for variable in 0..count {

@@ -15,7 +15,7 @@ use crate::math::median;
 use crate::model::Model;
 use crate::observation::Noise;
 use crate::parameter::{Group, Kind, Slot};
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::Predictor;
 
 /// A campaign that is tried in several ways on some of its configurations.
 pub struct Trials<'a> {
@@ -158,8 +158,7 @@ impl<'a> Trials<'a> {
         }
         let tolerances: Vec<f64> = slots.iter().map(|&slot| model.registry[slot].tolerance).collect();
         let width = slots.len().max(1);
-        let mut found = Linearised::default();
-        Predictor::new(model, &campaign, slots).ok()?.linearise(&values, true, &mut found).ok()?;
+        let found = Predictor::new(model, &campaign, slots).ok()?.linearised(&values).ok()?;
         let sigmas = row_sigmas(&campaign);
         let torques = is_of_torques(&campaign);
         let mut first = 0;

@@ -83,6 +83,16 @@ impl<'a> Predictor<'a> {
         self.campaign.rows()
     }
 
+    /// Residuals at `values` (all slots, SI), and derivatives of the predictions by the slots.
+    ///
+    /// # Errors
+    /// As [`Self::linearise`].
+    pub fn linearised(&self, values: &[f64]) -> Result<Linearised, PredictionError> {
+        let mut found = Linearised::default();
+        self.linearise(values, true, &mut found)?;
+        Ok(found)
+    }
+
     /// Residuals at `values` (all slots, SI) and, if asked, derivatives of the predictions.
     ///
     /// # Errors
@@ -96,8 +106,7 @@ impl<'a> Predictor<'a> {
     /// let slot = model.registry.slot("3.d").expect("a length");
     /// let predictor = Predictor::new(model, &loaded.campaign, vec![slot])?.with_sag();
     /// let mut values = model.registry.nominal();
-    /// let (mut at, mut moved) = (Linearised::default(), Linearised::default());
-    /// predictor.linearise(&values, true, &mut at)?;
+    /// let (at, mut moved) = (predictor.linearised(&values)?, Linearised::default());
     /// values[slot] += 1e-6; // m
     /// predictor.linearise(&values, false, &mut moved)?;
     /// // Residuals are measurement less prediction.
@@ -139,6 +148,14 @@ impl<'a> Predictor<'a> {
             }
         }
     }
+}
+
+/// Residuals (measured minus predicted, as [`Linearised::residual`]) of a campaign at `values` (all slots, SI).
+///
+/// # Errors
+/// [`PredictionError::Empty`], and the first configuration that cannot be assembled.
+pub fn residuals(model: &Model, campaign: &Campaign, values: &[f64]) -> Result<Vec<f64>, PredictionError> {
+    Ok(Predictor::new(model, campaign, Vec::new())?.linearised(values)?.residual)
 }
 
 /// What loads a campaign's readings.

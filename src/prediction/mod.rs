@@ -18,7 +18,7 @@ mod terms;
 mod touching;
 mod uncertainty;
 
-pub use batch::{Linearised, Predictor};
+pub use batch::{Linearised, Predictor, residuals};
 pub use configurations::{ConfigurationError, ConfigurationErrors, NoiseParts};
 pub use effects::effect_columns;
 pub use error::PredictionError;

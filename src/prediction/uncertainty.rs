@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
-use super::batch::{Linearised, Predictor};
+use super::batch::Predictor;
 use super::configurations::{ConfigurationError, ConfigurationErrors, NoiseParts};
 use super::error::PredictionError;
 use crate::description::campaign::{Campaign, Reading};
@@ -56,8 +56,7 @@ impl FittedUncertainty {
         points.constraints.clear();
         points.declared.clear();
         points.readings.iter_mut().for_each(|reading| reading.observes = POSITION);
-        let mut found = Linearised::default();
-        Predictor::new(model, &points, self.slots.clone())?.linearise(values, true, &mut found)?;
+        let found = Predictor::new(model, &points, self.slots.clone())?.linearised(values)?;
         let geometry = Geometry::new(model, values)?;
         let width = self.slots.len();
         let unexplained = Matrix3::from_diagonal(&self.unexplained.component_mul(&self.unexplained));
@@ -86,8 +85,7 @@ impl FittedUncertainty {
         campaign: &Campaign,
         residual: &[f64],
     ) -> Result<Vec<ConfigurationError>, PredictionError> {
-        let mut found = Linearised::default();
-        Predictor::new(model, campaign, self.slots.clone())?.linearise(values, true, &mut found)?;
+        let found = Predictor::new(model, campaign, self.slots.clone())?.linearised(values)?;
         let errors =
             ConfigurationErrors { jacobian: &found.jacobian, covariance: &self.covariance, freedom: f64::INFINITY };
         let is_stated = campaign.sigma.is_some();

@@ -8,7 +8,7 @@ use crate::diagnosis::Diagnosis;
 use crate::estimation::Calibration;
 use crate::kinematics::{Geometry, Placements};
 use crate::model::Model;
-use crate::prediction::{Linearised, PredictionError, Predictor, undeflected_point};
+use crate::prediction::{PredictionError, residuals, undeflected_point};
 
 /// A stage at which residuals are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
@@ -31,7 +31,7 @@ pub enum StageKey {
 pub struct Stage {
     /// Which.
     pub key: StageKey,
-    /// As [`Linearised::residual`].
+    /// As [`crate::prediction::Linearised::residual`].
     pub residual: Vec<f64>,
 }
 
@@ -82,11 +82,7 @@ pub fn readings(
     calibration: Option<&Calibration>,
     diagnosis: &Diagnosis,
 ) -> Result<Readings, PredictionError> {
-    let at = |model: &Model, values: &[f64]| -> Result<Vec<f64>, PredictionError> {
-        let mut found = Linearised::default();
-        Predictor::new(model, campaign, Vec::new())?.linearise(values, false, &mut found)?;
-        Ok(found.residual)
-    };
+    let at = |model: &Model, values: &[f64]| residuals(model, campaign, values);
     let mut stages = vec![Stage { key: StageKey::Described, residual: at(model, &model.registry.nominal())? }];
     if let Some(found) = calibration {
         stages.push(Stage { key: StageKey::Registered, residual: found.registered.clone() });

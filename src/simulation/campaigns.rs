@@ -10,7 +10,7 @@ use crate::effects::Condition;
 use crate::kinematics::{AssemblyError, Geometry, Placements, beyond_limits, entered};
 use crate::model::Model;
 use crate::observation::{Noise, Observes, POSE, Purpose};
-use crate::prediction::{Linearised, PredictionError, Predictor};
+use crate::prediction::{PredictionError, Predictor};
 
 /// What is measured, where and how well.
 #[derive(Debug, Clone, PartialEq)]
@@ -308,8 +308,7 @@ pub fn measure_with(
     if campaign.conditions.session_time.is_none() {
         campaign.count_session_time();
     }
-    let mut found = Linearised::default();
-    Predictor::new(model, &campaign, Vec::new())?.linearise(values, false, &mut found)?;
+    let found = Predictor::new(model, &campaign, Vec::new())?.linearised(values)?;
     for (reading, value) in campaign.readings.iter_mut().zip(found.predicted) {
         reading.measured = value;
         let noise = noise(reading).at(&*reading.observes, &value);

@@ -15,7 +15,7 @@ use crate::description::{ur_kinematics, urdf, yaml};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::files::{LoadedRobot, moved_to, schema_line, source_urdf};
 use crate::model::{EffectEntry, Model};
-use crate::prediction::{Linearised, PredictionError, Predictor};
+use crate::prediction::{PredictionError, residuals};
 use crate::render::mjcf::mjcf;
 
 pub fn run(command: &Convert, session: &Session) -> Result<Output, Error> {
@@ -100,18 +100,16 @@ fn fault(text: &str, session: &Session, expected: &Expected) -> Option<String> {
         Ok(robot) => robot,
         Err(found) => return found.iter().find(|diagnostic| diagnostic.is_error()).map(|error| error.message.clone()),
     };
-    let mut found = Linearised::default();
     let model = robot.model.arranged(expected.campaign);
     let values = model.nominal_at(expected.fitted.0, expected.fitted.1);
-    let predictor = Predictor::new(&model, expected.campaign, Vec::new());
-    let predicted = predictor.and_then(|by| by.linearise(&values, false, &mut found));
-    if let Err(error) = predicted {
-        return Some(error.to_string());
-    }
-    if found.residual.iter().any(|r| !r.is_finite()) {
+    let found = match residuals(&model, expected.campaign, &values) {
+        Ok(found) => found,
+        Err(error) => return Some(error.to_string()),
+    };
+    if found.iter().any(|r| !r.is_finite()) {
         return Some("what it predicts is not finite".into());
     }
-    let differences = expected.residual?.iter().zip(&found.residual).map(|(a, b)| (a - b).abs());
+    let differences = expected.residual?.iter().zip(&found).map(|(a, b)| (a - b).abs());
     let greatest = differences.fold(0.0, f64::max);
     (greatest > SAME).then(|| format!("it predicts readings up to {greatest:.1e} m or rad away from the fit"))
 }
@@ -141,13 +139,12 @@ pub fn leaves(
 
 /// Root mean square error (m) that a model leaves of certain readings, by their index; `None` where they cannot be predicted.
 pub fn error(model: &Model, values: &[f64], campaign: &Campaign, used: impl Fn(usize) -> bool) -> Option<f64> {
-    let mut found = Linearised::default();
-    Predictor::new(model, campaign, Vec::new()).and_then(|by| by.linearise(values, false, &mut found)).ok()?;
+    let found = residuals(model, campaign, values).ok()?;
     let (mut first, mut squares, mut count) = (0, 0.0, 0.0);
     for (index, reading) in campaign.readings.iter().enumerate() {
         let lengths = reading.observes.length_rows();
         if lengths > 0 && used(index) {
-            squares += found.residual.get(first..first + lengths)?.iter().map(|left| left * left).sum::<f64>();
+            squares += found.get(first..first + lengths)?.iter().map(|left| left * left).sum::<f64>();
             count += 1.0;
         }
         first += reading.observes.rows();

@@ -22,7 +22,7 @@ use crate::estimation::{Settings, What, calibrate};
 use crate::files::{LoadedCampaign, schema_line};
 use crate::least_squares::Progress;
 use crate::model::{Model, with_fuzzy, with_values};
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::residuals;
 use crate::render::fuzzy as render;
 use crate::results::{
     FuzzyCompliance, GreyCompliance, GrowthStep, LocalSpringsFound, MethodComparison, MethodErrors, Timed,
@@ -187,9 +187,8 @@ impl Fit<'_> {
         let Self { task, settings, .. } = *self;
         let model = task.model;
         let errors = |method, model: &Model, values: &[f64]| -> Result<MethodErrors, Error> {
-            let mut found = Linearised::default();
-            Predictor::new(model, whole, Vec::new())?.linearise(values, false, &mut found)?;
-            Ok(MethodErrors::new(method, whole, judges, &found.residual))
+            let found = residuals(model, whole, values)?;
+            Ok(MethodErrors::new(method, whole, judges, &found))
         };
         let has = |name: &str| self.command.compare || self.asks(name);
         let mut methods = Vec::new();

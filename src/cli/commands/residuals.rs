@@ -7,7 +7,7 @@ use crate::cli::session::Session;
 use crate::estimation::{RegistrationSettings, with_campaign_fitted};
 use crate::files::writable_table;
 use crate::plausibility::misread;
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::residuals;
 use crate::render::identification as render;
 use crate::render::tables;
 use crate::results::{ConfigurationResidual, DescriptionResiduals};
@@ -18,17 +18,16 @@ pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
     }
     let loaded = session.reader.campaign(&command.on.campaign, Some(&command.on.robot))?;
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
-    let mut predicted = Linearised::default();
     let nominal = model.registry.nominal();
     let (values, fitted) = with_campaign_fitted(model, campaign, &nominal, &RegistrationSettings::default())?;
-    Predictor::new(model, campaign, Vec::new())?.linearise(&values, false, &mut predicted)?;
-    let mut found = DescriptionResiduals::new(model, campaign, &predicted.residual);
+    let predicted = residuals(model, campaign, &values)?;
+    let mut found = DescriptionResiduals::new(model, campaign, &predicted);
     found.fitted = fitted.into_iter().map(|slot| model.registry[slot].name.clone()).collect();
     if let Some(uncertainty) = loaded.robot.uncertainty() {
         if !campaign.is_difference() {
             found = found.with_uncertainties(campaign, &uncertainty.positions(model, &values, campaign)?);
         }
-        let configurations = uncertainty.configurations(model, &values, campaign, &predicted.residual)?;
+        let configurations = uncertainty.configurations(model, &values, campaign, &predicted)?;
         found.configurations = ConfigurationResidual::all(campaign, &configurations);
     }
     let mut output = Output::new(render::residuals(&found, session.terminal.screen), &found)?;

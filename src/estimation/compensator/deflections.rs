@@ -18,7 +18,7 @@ use crate::math::linear::cofactor;
 use crate::math::quantiles::t95;
 use crate::model::Model;
 use crate::parameter::Slot;
-use crate::prediction::{Linearised, PredictionError, Predictor};
+use crate::prediction::{PredictionError, Predictor, residuals};
 
 /// Readings at one angle of the joint.
 #[derive(Debug, Clone, PartialEq)]
@@ -164,11 +164,8 @@ fn left_by(
         (rate, 1.0 / elasticity.spring.value),
         (length, elasticity.free_length.value),
     ];
-    let mut predicted = Linearised::default();
-    Predictor::new(model, campaign, Vec::new())
-        .and_then(|predictor| predictor.linearise(&with(&values, &all), false, &mut predicted))
-        .map_err(failed)?;
-    Ok(crate::estimation::errors_of(campaign, &predicted.residual, |_| true).coordinate[0])
+    let left = residuals(model, campaign, &with(&values, &all)).map_err(failed)?;
+    Ok(crate::estimation::errors_of(campaign, &left, |_| true).coordinate[0])
 }
 
 fn failed(error: impl std::fmt::Display) -> CompensatorError {
@@ -259,8 +256,7 @@ fn linearised(
 ) -> Result<(), CompensatorError> {
     let mut row = 0;
     for (group, predictor) in predictors.iter().enumerate() {
-        let mut found = Linearised::default();
-        predictor.linearise(&values(group), true, &mut found).map_err(failed)?;
+        let found = predictor.linearised(&values(group)).map_err(failed)?;
         for (residual, derivatives) in found.residual.iter().zip(found.jacobian.chunks(predictor.slots.len())) {
             right[row] = residual / sigmas[row];
             jacobian[(row, group)] = derivatives[0] / sigmas[row];

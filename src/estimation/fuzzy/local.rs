@@ -24,7 +24,7 @@ use crate::kinematics::{Geometry, Placements};
 use crate::least_squares::Progress;
 use crate::model::{LocalSprings, Model};
 use crate::parameter::Slot;
-use crate::prediction::{Linearised, PredictionError, Predictor};
+use crate::prediction::{PredictionError, Predictor, residuals};
 
 /// Most Gauss-Newton steps of the conclusions: the loops of robots bend deflections by per cents, and each step takes all
 /// but a square of that.
@@ -74,12 +74,11 @@ pub fn fit_local(
     normal.base = DVector::from_iterator(slots.len(), slots.iter().map(|&slot| values[slot]));
     let grown = grow_tree(&normal, &range, &task.settings, taken);
     let model = if grown.support.len() > 1 { local.settled(&grown)? } else { task.model.clone() };
-    let mut found = Linearised::default();
-    Predictor::new(&model, task.campaign, Vec::new())?.linearise(&values, false, &mut found)?;
-    let errors = [false, true].map(|set| errors_of(task.campaign, &found.residual, |i| task.held_out[i] == set));
-    let levels = levels(task.campaign, &found.residual);
+    let residual = residuals(&model, task.campaign, &values)?;
+    let errors = [false, true].map(|set| errors_of(task.campaign, &residual, |i| task.held_out[i] == set));
+    let levels = levels(task.campaign, &residual);
     let GrownTree { support, steps, .. } = grown;
-    Ok(LocalFit { parametric, model, support, steps, errors, residual: found.residual, levels })
+    Ok(LocalFit { parametric, model, support, steps, errors, residual, levels })
 }
 
 struct Local<'a> {
@@ -92,8 +91,7 @@ impl Local<'_> {
     /// Normal equations of the fitted readings by the springs, about those of the model; and the range of each input.
     fn normal(&self, model: &Model, values: &[f64]) -> Result<(Normal, Vec<[f64; 2]>), CalibrationError> {
         let FuzzyTask { campaign, held_out, inputs, .. } = *self.task;
-        let mut found = Linearised::default();
-        Predictor::new(model, campaign, self.slots.to_vec())?.linearise(values, true, &mut found)?;
+        let found = Predictor::new(model, campaign, self.slots.to_vec())?.linearised(values)?;
         let geometry = Geometry::new(model, values).map_err(PredictionError::from)?;
         let (width, m) = (campaign.observes.rows(), self.slots.len());
         let turning = turning(campaign.readings.iter().zip(held_out).filter(|(_, out)| !**out).map(|(r, _)| r), width);

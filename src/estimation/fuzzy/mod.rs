@@ -40,7 +40,7 @@ use crate::description::fuzzy::{Component, Fuzzy};
 use crate::least_squares::Progress;
 use crate::math::mean_rms_max;
 use crate::model::Model;
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::residuals;
 use components::grow_components;
 use grow::grow_grids;
 use samples::Samples;
@@ -58,7 +58,7 @@ pub struct FuzzyFit {
     pub errors: [Errors; 2],
     /// Root mean square displacement measured, which a rigid robot would miss by, m: of the same.
     pub rigid: [f64; 2],
-    /// Residuals of all readings, as [`Linearised::residual`].
+    /// Residuals of all readings, as [`crate::prediction::Linearised::residual`].
     pub residual: Vec<f64>,
     /// Whether deflections grow as the load does.
     pub levels: Vec<Level>,
@@ -189,13 +189,12 @@ fn finished(
         axes: grown.axes,
         adds,
     });
-    let mut found = Linearised::default();
-    Predictor::new(&model, campaign, Vec::new())?.linearise(&values, false, &mut found)?;
-    let errors = [false, true].map(|set| errors_of(campaign, &found.residual, |i| held_out[i] == set));
+    let residual = residuals(&model, campaign, &values)?;
+    let errors = [false, true].map(|set| errors_of(campaign, &residual, |i| held_out[i] == set));
     let rigid = [false, true].map(|set| {
         let of = campaign.readings.iter().zip(held_out).filter(|(_, held_out)| **held_out == set);
         mean_rms_max(of.map(|(r, _)| r.measured[..3].iter().map(|v| v * v).sum::<f64>().sqrt()))[1]
     });
-    let levels = levels::levels(campaign, &found.residual);
-    Ok(FuzzyFit { values, grown, errors, rigid, residual: found.residual, levels, model })
+    let levels = levels::levels(campaign, &residual);
+    Ok(FuzzyFit { values, grown, errors, rigid, residual, levels, model })
 }
