@@ -46,12 +46,8 @@ impl Compared<'_> {
     fn standardised(&self, values: &[Option<f64>]) -> Option<DVector<f64>> {
         let problem = self.forward.problem;
         let [mean, deviation] = mean_and_deviation(values)?;
-        let poses = problem.poses();
-        let of_row = |row: usize| {
-            let pose = poses.partition_point(|pose| *pose < problem.pose[row]);
-            values.get(pose).copied().flatten().map_or(0.0, |q| (q - mean) / deviation)
-        };
-        Some(DVector::from_fn(problem.rows(), |row, _| of_row(row)))
+        let of = |pose: usize| values.get(pose).copied().flatten().map_or(0.0, |q| (q - mean) / deviation);
+        Some(DVector::from_iterator(problem.rows(), problem.numbered().0.into_iter().map(of)))
     }
 }
 

@@ -13,6 +13,7 @@ use super::result::{Diagnosis, Verdict};
 use super::settings::Settings;
 use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::{self, CalibrationError, held_springs, predicts_as_well, run_away};
+use crate::math::distinct;
 use crate::model::Model;
 use crate::model::nuisance;
 use crate::simulation::generator;
@@ -169,9 +170,7 @@ const MARGIN: f64 = 0.95;
 /// About a share of the configurations, drawn with a seed, with the marks of their readings held out, and how many of how many these are;
 /// `None` where that is none, or all.
 fn drawn(campaign: &Campaign, held_out: &[bool], share: f64, seed: u64) -> Option<(Campaign, Vec<bool>, [usize; 2])> {
-    let mut poses: Vec<usize> = campaign.readings.iter().map(|reading| reading.pose).collect();
-    poses.sort_unstable();
-    poses.dedup();
+    let mut poses = distinct(campaign.readings.iter().map(|reading| reading.pose));
     let all = poses.len();
     poses.shuffle(&mut generator(seed));
     poses.truncate((share * all as f64) as usize);

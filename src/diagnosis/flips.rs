@@ -28,15 +28,14 @@ struct Score {
 /// Probability that scores as great as those of each candidate are chance, over all of them.
 pub fn chances(problem: &LinearProblem, additions: &Additions, flips: usize, seed: u64) -> Vec<f64> {
     let residual = project_off(&problem.residual, &additions.basis);
-    let poses = problem.poses();
-    let pose: Vec<usize> = problem.pose.iter().map(|own| poses.partition_point(|pose| pose < own)).collect();
+    let (pose, poses) = problem.numbered();
     let scores: Vec<Option<Score>> =
         additions.candidates.par_iter().map(|own| Score::new(own, &additions.basis, &residual, &pose)).collect();
     let observed: Vec<f64> =
         scores.iter().map(|score| score.as_ref().map_or(f64::NEG_INFINITY, Score::observed)).collect();
     let greatest = |index: usize| {
         let mut random = generator(seed.wrapping_mul(1_000_003).wrapping_add(index as u64));
-        let signs = DVector::from_fn(poses.len(), |_, _| if random.random::<bool>() { 1.0 } else { -1.0 });
+        let signs = DVector::from_fn(poses, |_, _| if random.random::<bool>() { 1.0 } else { -1.0 });
         scores.iter().flatten().map(|score| score.flipped(&signs)).fold(f64::NEG_INFINITY, f64::max)
     };
     let greatest: Vec<f64> = (0..flips).into_par_iter().map(greatest).collect();

@@ -87,9 +87,8 @@ impl<'a> FreeErrors<'a> {
     /// Errors over their sigmas at a site of one direction, by configuration of the problem: what each of its readings shows of
     /// them together. `None` where there is no such site, or it has several directions.
     pub fn amounts(&self, site: &str, residual: &DVector<f64>) -> Option<Vec<f64>> {
-        let poses = self.problem.poses();
-        let pose = |row: usize| poses.partition_point(|pose| *pose < self.problem.pose[row]);
-        self.amounts_of(site, residual, poses.len(), pose)
+        let (pose, poses) = self.problem.numbered();
+        self.amounts_of(site, residual, poses, |row| pose[row])
     }
 
     /// The same by configuration and load, as [`FreeErrors::first_readings`].
@@ -123,11 +122,9 @@ impl<'a> FreeErrors<'a> {
 
     /// Errors over their sigmas of each configuration of the problem, in the order of its rows, zero where one has fewer than another.
     pub fn by_configuration(&self, residual: &DVector<f64>) -> Vec<Vec<f64>> {
-        let poses = self.problem.poses();
-        let mut errors = vec![Vec::new(); poses.len()];
-        for (error, pose) in residual.iter().zip(&self.problem.pose) {
-            errors[poses.partition_point(|known| known < pose)].push(*error);
-        }
+        let (pose, poses) = self.problem.numbered();
+        let mut errors = vec![Vec::new(); poses];
+        residual.iter().zip(pose).for_each(|(error, pose)| errors[pose].push(*error));
         let most = errors.iter().map(Vec::len).max().unwrap_or_default();
         errors.iter_mut().for_each(|own| own.resize(most, 0.0));
         errors

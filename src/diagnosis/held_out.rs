@@ -67,8 +67,7 @@ impl HeldOut {
     /// Folds of a problem by configuration, `of_pose` giving the fold of each configuration as counted by
     /// [`LinearProblem::poses`]; those without a fold are always fitted.
     pub fn new(problem: &LinearProblem, of_pose: &[Option<usize>]) -> Self {
-        let known = problem.poses();
-        let pose: Vec<usize> = problem.pose.iter().map(|own| known.partition_point(|pose| pose < own)).collect();
+        let (pose, poses) = problem.numbered();
         let count = of_pose.iter().flatten().max().map_or(0, |last| last + 1);
         let mut folds = vec![Vec::new(); count];
         for (row, &pose) in pose.iter().enumerate() {
@@ -76,7 +75,7 @@ impl HeldOut {
                 folds[fold].push(row);
             }
         }
-        Self { poses: known.len(), pose, folds }
+        Self { poses, pose, folds }
     }
 
     /// Losses with the members of `additions` and each of its candidates; zero of configurations that no fold holds out.

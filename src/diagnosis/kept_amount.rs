@@ -79,10 +79,8 @@ fn off(others: &DMatrix<f64>, columns: &DMatrix<f64>) -> DMatrix<f64> {
 
 /// Sums of rows by configuration.
 fn by_configuration(problem: &LinearProblem, rows: &DVector<f64>) -> Vec<f64> {
-    let poses = problem.poses();
-    let mut sums = vec![0.0; poses.len()];
-    for (row, value) in rows.iter().enumerate() {
-        sums[poses.partition_point(|pose| *pose < problem.pose[row])] += value;
-    }
+    let (pose, poses) = problem.numbered();
+    let mut sums = vec![0.0; poses];
+    rows.iter().zip(pose).for_each(|(value, pose)| sums[pose] += value);
     sums
 }

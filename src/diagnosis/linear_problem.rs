@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::hypothesis::Hypothesis;
 use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::row_sigmas;
-use crate::math::{least_squares, orthonormal};
+use crate::math::{distinct, least_squares, orthonormal};
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
 use crate::prediction::{PredictionError, Predictor, Term, effect_columns};
@@ -163,10 +163,13 @@ impl LinearProblem {
 
     /// Different configurations, ascending.
     pub fn poses(&self) -> Vec<usize> {
-        let mut poses = self.pose.clone();
-        poses.sort_unstable();
-        poses.dedup();
-        poses
+        distinct(self.pose.iter().copied())
+    }
+
+    /// Configuration of each row as counted by [`Self::poses`], and their number.
+    pub fn numbered(&self) -> (Vec<usize>, usize) {
+        let poses = self.poses();
+        (self.pose.iter().map(|own| poses.partition_point(|pose| pose < own)).collect(), poses.len())
     }
 
     /// Columns of the nuisance and of some hypotheses.

@@ -7,6 +7,7 @@ use super::{
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
+use crate::math::distinct;
 use crate::model::Model;
 
 /// One check. Those that look at a calibration find nothing where there is none.
@@ -169,9 +170,7 @@ pub fn forced(found: Vec<Diagnostic>) -> Vec<Diagnostic> {
 pub fn misread(model: &Model, campaign: &Campaign) -> Vec<Diagnostic> {
     let limits = Limits::default();
     // A few configurations fit however they are read.
-    let mut poses: Vec<usize> = campaign.readings.iter().map(|reading| reading.pose).collect();
-    poses.sort_unstable();
-    poses.dedup();
+    let poses = distinct(campaign.readings.iter().map(|reading| reading.pose));
     if poses.len() < limits.least_configurations {
         return Vec::new();
     }

@@ -27,9 +27,7 @@ pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<D
     // What befell one session hides behind the others' readings.
     let of = |part: usize| {
         let own = campaign.select(|index, _| parts.of.get(index) == Some(&part));
-        let mut poses: Vec<usize> = own.readings.iter().map(|reading| reading.pose).collect();
-        poses.sort_unstable();
-        poses.dedup();
+        let poses = distinct(own.readings.iter().map(|reading| reading.pose));
         if poses.len() < limits.least_configurations || own.readings.len() == campaign.readings.len() {
             return None;
         }

@@ -11,7 +11,7 @@ use super::evidence::Limits;
 use super::hypothesis::{Hypothesis, own_slots};
 use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::{RegistrationSettings, registered, row_sigmas};
-use crate::math::median;
+use crate::math::{distinct, median};
 use crate::model::Model;
 use crate::observation::Noise;
 use crate::parameter::{Group, Kind, Slot};
@@ -179,9 +179,7 @@ impl<'a> Trials<'a> {
 
 /// Configurations drawn so that about [`Limits::readings`] readings are looked at; the same ones every time.
 pub fn drawn(campaign: &Campaign, limits: &Limits) -> Vec<bool> {
-    let mut poses: Vec<usize> = campaign.readings.iter().map(|reading| reading.pose).collect();
-    poses.sort_unstable();
-    poses.dedup();
+    let mut poses = distinct(campaign.readings.iter().map(|reading| reading.pose));
     let share = limits.readings as f64 / campaign.readings.len().max(1) as f64;
     let most = ((share * poses.len() as f64).round() as usize).max(limits.least_configurations);
     poses.shuffle(&mut rand_chacha::ChaCha8Rng::seed_from_u64(0));
