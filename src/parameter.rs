@@ -44,6 +44,21 @@ impl Kind {
         }
     }
 
+    /// Whether it is a compliance.
+    pub fn is_compliance(self) -> bool {
+        matches!(self, Self::LinearCompliance | Self::RotationalCompliance)
+    }
+
+    /// Whether it is a stiffness.
+    pub fn is_stiffness(self) -> bool {
+        matches!(self, Self::LinearStiffness | Self::RotationalStiffness)
+    }
+
+    /// Whether it is that of a spring.
+    pub fn is_spring(self) -> bool {
+        self.is_compliance() || self.is_stiffness()
+    }
+
     /// What the inverse of such a value measures.
     pub fn inverse(self) -> Self {
         match self {

@@ -160,8 +160,7 @@ pub struct Stiffness {
 impl Stiffness {
     /// Of what no file declares: a rigid compliance, reported as a stiffness, or a stiffness of zero.
     pub fn undeclared(kind: Kind) -> Self {
-        let inverted = matches!(kind, Kind::LinearCompliance | Kind::RotationalCompliance);
-        Self { kind, nominal: 0.0, identifiable: false, bounds: [0.0, f64::INFINITY], inverted }
+        Self { kind, nominal: 0.0, identifiable: false, bounds: [0.0, f64::INFINITY], inverted: kind.is_compliance() }
     }
 }
 

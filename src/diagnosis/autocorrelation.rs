@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use super::result::Autocorrelation;
 use super::settings::AutocorrelationSettings;
 use crate::description::campaign::Campaign;
+use crate::math::extremes;
 use crate::model::Model;
 use crate::simulation::generator;
 
@@ -296,8 +297,8 @@ impl Blocks {
 fn distance<'a>(model: &'a Model, campaign: &'a Campaign) -> impl Fn(usize, usize) -> f64 + Sync + 'a {
     let ends: Vec<f64> = (0..campaign.variables)
         .map(|k| {
-            let values = || (0..campaign.readings.len()).map(|i| campaign.configuration(i)[k]);
-            values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+            let [low, high] = extremes((0..campaign.readings.len()).map(|i| campaign.configuration(i)[k]));
+            high - low
         })
         .collect();
     move |i, j| {

@@ -8,6 +8,7 @@ use super::free_errors::FreeErrors;
 use super::linear_problem::LinearProblem;
 use crate::description::campaign::Campaign;
 use crate::effects::{Site, SiteKind};
+use crate::math::extremes;
 use crate::model::Model;
 
 /// Half widths of the windows that are tried, rad: 5 to 40 deg. Wider ones are a swing of the joint's angle themselves.
@@ -37,8 +38,7 @@ impl Window {
 
 /// Half overlapping, over the range of the angles (rad), one of each configuration; each holds so many at least.
 fn windows(angles: &[f64], least: usize) -> Vec<Window> {
-    let low = angles.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = angles.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = extremes(angles.iter().copied());
     let of_width = |half_width: f64| {
         let count = ((high - low).clamp(0.0, TAU) / half_width).floor() as usize;
         (0..=count).map(move |k| Window { centre: low + k as f64 * half_width, half_width })

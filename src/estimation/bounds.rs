@@ -6,7 +6,7 @@ use crate::description::raw::LoopKind;
 use crate::description::robot::NEAR_PARALLEL;
 use crate::least_squares::Bounds;
 use crate::model::{Model, Stage, TILTS};
-use crate::parameter::{Kind, Slot};
+use crate::parameter::Slot;
 
 /// A spring that is so many times stiffer or softer than described is rigid or free to any instrument; beyond, a description
 /// could not hold it. Four decades lie between plastic gears and steel blocks, for a description that is far off, and five
@@ -26,11 +26,7 @@ pub fn bounds(model: &Model, slot: Slot) -> [f64; 2] {
         let most = READ_BACK * NEAR_PARALLEL;
         return [low.max(parallel - most), high.min(parallel + most)];
     }
-    let is_spring = matches!(
-        parameter.kind,
-        Kind::LinearCompliance | Kind::RotationalCompliance | Kind::LinearStiffness | Kind::RotationalStiffness
-    );
-    if !(is_spring && parameter.inverted && parameter.nominal > 0.0 && parameter.nominal.is_finite()) {
+    if !(parameter.kind.is_spring() && parameter.inverted && parameter.nominal > 0.0 && parameter.nominal.is_finite()) {
         return [low, high];
     }
     [low.max(parameter.nominal / MOST), high.min(parameter.nominal * MOST)]

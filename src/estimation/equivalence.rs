@@ -10,7 +10,7 @@ use super::network::{CHANGED, Network, Together};
 use crate::description::campaign::Campaign;
 use crate::identifiability::Identifiability;
 use crate::model::Model;
-use crate::parameter::{Group, Kind, Slot};
+use crate::parameter::{Group, Slot};
 use crate::prediction::{PredictionError, Predictor};
 
 /// By which rule an equivalent is split back into its members.
@@ -53,12 +53,7 @@ const LEFT_OVER: f64 = 1e-3;
 const SOFT: f64 = 1e6;
 
 fn is_stiffness(model: &Model, slot: Slot) -> bool {
-    matches!(model.registry[slot].kind, Kind::LinearStiffness | Kind::RotationalStiffness)
-}
-
-fn is_spring(model: &Model, slot: Slot) -> bool {
-    is_stiffness(model, slot)
-        || matches!(model.registry[slot].kind, Kind::LinearCompliance | Kind::RotationalCompliance)
+    model.registry[slot].kind.is_stiffness()
 }
 
 /// Groups among the elastic columns at `values`: each dropped column that is a multiple of a single kept one.
@@ -87,7 +82,7 @@ pub fn groups(
             continue;
         }
         let (slot, kept) = (slots[dropped], slots[keeper]);
-        if !is_spring(model, slot) || !is_spring(model, kept) {
+        if ![slot, kept].into_iter().all(|slot| model.registry[slot].kind.is_spring()) {
             continue;
         }
         match alike.iter_mut().find(|columns| columns[0] == keeper) {

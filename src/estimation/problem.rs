@@ -39,11 +39,6 @@ pub struct Prior {
     pub sigma: f64,
 }
 
-fn is_spring(kind: Kind) -> bool {
-    use Kind::{LinearCompliance, LinearStiffness, RotationalCompliance, RotationalStiffness};
-    matches!(kind, LinearCompliance | RotationalCompliance | LinearStiffness | RotationalStiffness)
-}
-
 /// Residuals of a campaign in standard deviations, then of the priors, as a function of changes of some parameters (those
 /// of the predictor's slots) from a start.
 pub struct CampaignProblem<'a> {
@@ -85,7 +80,7 @@ impl<'a> CampaignProblem<'a> {
         for (k, &slot) in self.predictor.slots.iter().enumerate() {
             let parameter = &self.predictor.model.registry[slot];
             let start = self.start[slot];
-            if !(parameter.group == Group::Elastic && is_spring(parameter.kind) && start > 0.0 && start.is_finite()) {
+            if !(parameter.group == Group::Elastic && parameter.kind.is_spring() && start > 0.0 && start.is_finite()) {
                 continue;
             }
             self.logarithms[k] = true;

@@ -12,7 +12,7 @@ use super::settings::Settings;
 use crate::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling, Why};
 use crate::kinematics::{Geometry, Placements};
 use crate::least_squares::{self, Loss, Problem, UsageError};
-use crate::parameter::{Kind, Slot};
+use crate::parameter::Slot;
 use crate::prediction::{Linearised, PredictionError, Predictor};
 
 /// Moves `start` to where the fit of the predictor's springs, those `held` left out, cannot go astray. `sigmas` are those of
@@ -29,8 +29,8 @@ pub fn elastic_start(
         predictor.slots.iter().copied().filter(|slot| wanted(*slot) && !held.contains(slot)).collect()
     };
     let kind = |slot: Slot| registry[slot].kind;
-    let series = free(&|slot| matches!(kind(slot), Kind::LinearCompliance | Kind::RotationalCompliance));
-    let parallel = free(&|slot| matches!(kind(slot), Kind::LinearStiffness | Kind::RotationalStiffness));
+    let series = free(&|slot| kind(slot).is_compliance());
+    let parallel = free(&|slot| kind(slot).is_stiffness());
     let springs = &predictor.model.structure.springs;
     let lengths = free(&|slot| springs.iter().any(|spring| spring.slots[1] == slot));
     let search = Search { predictor, sigmas, settings };

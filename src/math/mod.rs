@@ -12,5 +12,5 @@ pub use orthonormal::{independent, joined, least_squares, orthonormal, project_o
 pub(crate) use rigid::{nearest_rotation, rigid_fit};
 pub use se3::{left_jacobian, rotation_vector};
 pub use spline::NaturalSpline;
-pub(crate) use summary::distinct;
+pub(crate) use summary::{distinct, extremes};
 pub use summary::{mean_rms_max, median};

@@ -20,6 +20,11 @@ pub(crate) fn distinct<T: Ord>(values: impl IntoIterator<Item = T>) -> Vec<T> {
     values
 }
 
+/// Least and greatest of some values; of none +inf and -inf.
+pub(crate) fn extremes(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], v| [least.min(v), most.max(v)])
+}
+
 /// Median; `None` of none.
 ///
 /// ```

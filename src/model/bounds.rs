@@ -3,7 +3,6 @@
 use super::{Fault, Model};
 use crate::description::raw::RawRobot;
 use crate::diagnostic::Diagnostic;
-use crate::parameter::Kind;
 
 /// Part of a value by which it may lie outside its bounds: what is left of changing units there and back.
 const ROUNDING: f64 = 1e-9;
@@ -19,7 +18,7 @@ pub fn contradictions(raw: &RawRobot, model: &Model) -> Vec<Fault> {
         let value = parameter.shown(parameter.nominal) / raw.units.of(kind);
         let slack = if value.is_finite() { ROUNDING * value.abs() } else { 0.0 };
         let path = ["calibration", "bounds", name];
-        let (message, remedy) = if is_spring(kind) && low < 0.0 {
+        let (message, remedy) = if kind.is_spring() && low < 0.0 {
             (format!("`{name}` cannot be below 0, as its bound {low} is"), "begin its bounds at 0 or above")
         } else if !(low - slack..=high + slack).contains(&value) {
             (
@@ -32,13 +31,6 @@ pub fn contradictions(raw: &RawRobot, model: &Model) -> Vec<Fault> {
         faults.push(Fault::new(&path, Diagnostic::error(message).remedy(remedy)));
     }
     faults
-}
-
-fn is_spring(kind: Kind) -> bool {
-    matches!(
-        kind,
-        Kind::LinearStiffness | Kind::RotationalStiffness | Kind::LinearCompliance | Kind::RotationalCompliance
-    )
 }
 
 /// A value without the last digits, which units changed there and back may have spoiled.

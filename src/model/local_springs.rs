@@ -18,9 +18,7 @@ pub struct LocalSprings {
 impl LocalSprings {
     /// Whether a parameter is a spring that rules can stand for: one that is computed with as a compliance.
     pub fn can_hold(parameter: &Parameter) -> bool {
-        parameter.group == Group::Elastic
-            && matches!(parameter.kind, Kind::LinearCompliance | Kind::RotationalCompliance)
-            && parameter.inverted
+        parameter.group == Group::Elastic && parameter.kind.is_compliance() && parameter.inverted
     }
 }
 

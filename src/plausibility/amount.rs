@@ -5,6 +5,7 @@ use crate::description::campaign::{Amount, Sharing};
 use crate::description::robot::Variable;
 use crate::diagnosis::VerdictSettings;
 use crate::diagnostic::{Code, Diagnostic, nearest};
+use crate::math::extremes;
 
 /// A warning of too few configurations, or too few readings for so many fitted parameters.
 pub(super) fn too_little(amount: &Amount, fitted: usize, limits: &Limits) -> Option<Diagnostic> {
@@ -56,8 +57,7 @@ pub(super) fn of_each_joint(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> 
     let (model, campaign) = (evidence.model, evidence.campaign);
     let fitted = || (0..campaign.readings.len()).filter(|&index| campaign.readings[index].check != Some(true));
     let stands = |(k, variable): (usize, &Variable)| {
-        let values = || fitted().map(|index| campaign.configuration(index)[k]);
-        let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+        let [low, high] = extremes(fitted().map(|index| campaign.configuration(index)[k]));
         let [angle, length] = STANDING;
         (high - low < if variable.is_angle { angle } else { length }).then(|| format!("`{}`", variable.name))
     };

@@ -7,7 +7,7 @@ use crate::diagnosis::Diagnosis;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::math::quantiles::normal95;
 use crate::model::Model;
-use crate::parameter::{Group, Kind, Slot};
+use crate::parameter::{Group, Slot};
 
 /// Standard deviations of a common factor from one, by the tolerances of all springs, from which it is no chance: of normal ones 6 in
 /// 100000 are as far.
@@ -80,7 +80,7 @@ pub(super) fn of_causes(model: &Model, campaign: &Campaign, found: &Diagnosis, l
 /// A spring's compliance against the declared one, where it is known well enough for a factor.
 fn spring(model: &Model, slot: Slot, value: f64, width: f64) -> Option<Spring<'_>> {
     let parameter = &model.registry[slot];
-    let is_compliance = matches!(parameter.kind, Kind::LinearCompliance | Kind::RotationalCompliance);
+    let is_compliance = parameter.kind.is_compliance();
     let is_reported =
         parameter.group == Group::Elastic && is_compliance && parameter.nominal > 0.0 && width < 0.5 * value;
     let sigma = width / normal95() / value;

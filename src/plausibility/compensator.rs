@@ -9,6 +9,7 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::compensator::{
     Circle, Elasticity, JointCompliance, Mounting, Triangle, Value, circle, elasticity,
 };
+use crate::math::extremes;
 use crate::math::quantiles::{f_tail, normal95};
 
 /// Levers of compensators, m: from a fitting on a desktop arm's link to one on the largest palletiser's.
@@ -126,10 +127,6 @@ pub fn of_compliances(given: &[JointCompliance]) -> Vec<Diagnostic> {
         found.push(Diagnostic::error(message).code(Code::WrongUnits).figure("deg", most - least).remedy(remedy));
     }
     found
-}
-
-fn extremes(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], v| [least.min(v), most.max(v)])
 }
 
 /// Joint and spring as of machines, and seen by the compliances given at angles (rad).

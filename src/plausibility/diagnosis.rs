@@ -16,7 +16,7 @@ use crate::estimation::{Calibration, Settings, calibrate};
 use crate::math::quantiles::f_tail;
 use crate::model::{EffectEntry, EffectParameter, Model};
 use crate::observation::Purpose;
-use crate::parameter::{Kind, Slot};
+use crate::parameter::Slot;
 
 /// Doubts about a diagnosis of a campaign: about the calibration that it starts from, and about what its readings can show.
 pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Limits) -> Vec<Diagnostic> {
@@ -176,7 +176,7 @@ fn impossible(model: &Model, entry: &EffectEntry, limits: &Limits) -> Option<Dia
     let rigid = parameters.iter().find_map(|parameter| {
         let constant = &model.registry[model.registry.slot(&parameter.symbol)?];
         let (declared, amount) = (constant.nominal, *entry.amounts.get(&parameter.symbol)?);
-        let is_compliance = matches!(constant.kind, Kind::LinearCompliance | Kind::RotationalCompliance);
+        let is_compliance = constant.kind.is_compliance();
         let is_none = is_compliance && declared > 0.0 && declared + amount <= RIGID * declared;
         is_none.then_some(&parameter.symbol)
     });

@@ -3,6 +3,7 @@
 //! Where they are not, time and place are confounded: what the model misses in one region looks like a step between two.
 
 use super::evidence::Evidence;
+use crate::math::extremes;
 
 /// Configurations that are compared at most, evenly spread over the rows: each with each, and a share of 1000 is known to 2 %.
 const MOST: usize = 2000;
@@ -25,8 +26,8 @@ pub(super) fn apart(evidence: &Evidence, readings: &[usize], is_after: impl Fn(u
     let count = all[0].0.len();
     let ranges: Vec<f64> = (0..count)
         .map(|joint| {
-            let values = || all.iter().map(|(own, _)| own[joint]);
-            values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+            let [low, high] = extremes(all.iter().map(|(own, _)| own[joint]));
+            high - low
         })
         .collect();
     let squares = |a: &[f64], b: &[f64]| -> f64 {

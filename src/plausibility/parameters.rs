@@ -209,7 +209,7 @@ pub(super) fn springs_within_their_range(evidence: &Evidence, _: &Limits) -> Vec
         .filter(is_end)
         .map(|own| {
             let parameter = &registry[own.slot];
-            let is_compliance = matches!(parameter.kind, Kind::LinearCompliance | Kind::RotationalCompliance);
+            let is_compliance = parameter.kind.is_compliance();
             let is_rigid = is_compliance == (own.value < own.nominal);
             format!("`{}` {}", parameter.name, if is_rigid { "rigid" } else { "free" })
         })

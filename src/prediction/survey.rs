@@ -6,7 +6,7 @@ use super::reading::undeflected_point;
 use super::terms::measured_frames;
 use crate::description::campaign::{Campaign, Reading};
 use crate::kinematics::Geometry;
-use crate::math::distinct;
+use crate::math::{distinct, extremes};
 use crate::model::{Follower, Survey};
 use crate::state::{JointLoadPlan, JointLoads, Loads, Mechanics, State};
 
@@ -109,10 +109,7 @@ fn of_conditions(survey: &mut Survey, campaign: &Campaign, variables: usize, fol
     let greatest_moves = moves.iter().zip(&survey.moves);
     survey.greatest_moves = greatest_moves.map(|(all, is_known)| if *is_known { greatest(all) } else { 0.0 }).collect();
     let positions = by_coordinate(&|variable, index| campaign.configuration(index).get(variable).copied());
-    let range = |all: &Vec<f64>| {
-        all.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], v| [least.min(*v), most.max(*v)])
-    };
-    survey.ranges = positions.iter().map(range).collect();
+    survey.ranges = positions.iter().map(|all| extremes(all.iter().copied())).collect();
     let sides = by_coordinate(&|variable, index| conditions.sides(variable)?.get(index).copied());
     survey.sides = sides.iter().map(is_varied).collect();
     survey.longest_session = conditions.session_time.as_deref().map(greatest).filter(|longest| *longest > 0.0);

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::identification::errors;
 use super::table::Screen;
+use crate::math::extremes;
 use crate::results::units::{shown, shown_unit};
 use crate::results::{
     AfterFit, ComponentRules, Condition, FuzzyCompliance, GreyCompliance, GrowthStep, LoadLevel, LocalSpringsFound,
@@ -129,7 +130,7 @@ fn component_rules(described: &[RuleInput], component: &ComponentRules, screen: 
     let conclusion = format!("{} {unit}", component.name);
     if component.conclusions.len() > LISTED {
         let values = component.conclusions.iter().map(|value| per_si * value);
-        let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
+        let [low, high] = extremes(values);
         return format!(
             "{conclusion}: {} rules, conclusions from {low:.4} to {high:.4} (all of them: --format json, --save)\n",
             component.conclusions.len()

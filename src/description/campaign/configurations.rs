@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use indexmap::IndexMap;
 
 use super::{Campaign, Reading};
+use crate::math::extremes;
 use crate::observation::MOST_ROWS;
 
 /// Rows from which on two readings that agree to the last digit are one: instruments of coarse resolution often repeat one
@@ -86,8 +87,9 @@ impl Campaign {
     /// The variable whose values differ most; `None` without readings or variables.
     fn widest_variable(&self) -> Option<usize> {
         let spread = |k: usize| {
-            let values = || (0..self.readings.len()).filter_map(move |index| self.configuration(index).get(k).copied());
-            values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+            let values = (0..self.readings.len()).filter_map(|index| self.configuration(index).get(k).copied());
+            let [low, high] = extremes(values);
+            high - low
         };
         (0..self.variables).map(|k| (k, spread(k))).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
     }

@@ -15,7 +15,7 @@ use crate::description::robot::{Robot, Variable};
 use crate::description::table::Table;
 use crate::description::units::Units;
 use crate::diagnostic::{Code, Diagnostic, Place};
-use crate::math::{distinct, median};
+use crate::math::{distinct, extremes, median};
 
 /// Variables beyond their limits, a name for two configurations, deflections that nothing causes (an error).
 pub fn doubts(
@@ -390,13 +390,8 @@ const WARM: f64 = 5.0;
 /// Temperatures of which some are missing values written as 0, or in another unit.
 fn two_temperatures(campaign: &Campaign, place: &impl Fn(usize, &str) -> Option<Place>) -> Option<Diagnostic> {
     let all = campaign.conditions.temperature.as_ref()?;
-    let range = |values: &mut dyn Iterator<Item = f64>| {
-        values
-            .filter(|value| value.is_finite())
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
-    };
     let zeros = all.iter().filter(|value| **value == 0.0).count();
-    let [low, high] = range(&mut all.iter().copied().filter(|value| *value != 0.0));
+    let [low, high] = extremes(all.iter().copied().filter(|value| *value != 0.0 && value.is_finite()));
     let (message, wrong) = if zeros > 0 && low > WARM {
         let message =
             format!("`temperature` is 0 in {zeros} of {} readings, and {low:.1} to {high:.1} in the others", all.len());

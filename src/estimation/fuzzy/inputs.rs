@@ -4,6 +4,7 @@ use super::task::Structure;
 use crate::description::campaign::Campaign;
 use crate::description::fuzzy::Input;
 use crate::kinematics::{Geometry, Placements};
+use crate::math::extremes;
 use crate::model::Model;
 use crate::prediction::PredictionError;
 
@@ -47,6 +48,6 @@ pub fn changing_inputs(
 }
 
 fn spread(values: impl Iterator<Item = f64>) -> f64 {
-    let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
+    let [low, high] = extremes(values);
     high - low
 }

@@ -8,8 +8,8 @@ use crate::description::campaign::Campaign;
 use crate::description::robot::FrameIndex;
 use crate::estimation::result::CalibrationError;
 use crate::fuzzy;
-use crate::math::distinct;
 use crate::math::linear::PivotedQr;
+use crate::math::{distinct, extremes};
 use crate::prediction::PredictionError;
 use crate::state::{Loads, Mechanics, State};
 
@@ -215,10 +215,7 @@ impl Samples {
     /// Loads and ranges among the fitted samples.
     fn survey(&mut self) {
         let fitted = self.indices(false, |_| true);
-        let range = |k: usize| {
-            let values = fitted.iter().map(|&sample| self.x[sample][k]);
-            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
-        };
+        let range = |k: usize| extremes(fitted.iter().map(|&sample| self.x[sample][k]));
         self.range = (0..self.x.first().map_or(0, Vec::len)).map(range).collect();
         self.sizes = [0, 3].map(|first| {
             let squares = fitted.iter().flat_map(|&sample| &self.d[sample][first..first + 3]).map(|v| v * v);

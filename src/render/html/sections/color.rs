@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
+use crate::math::extremes;
 use kuva::plot::ColorMap;
 
 /// Colours from -1 (orange) over 0 (the paper) to 1 (blue), whatever the range of the numbers drawn: the chart hands on
 /// where in it a number lies.
 pub fn scale(rows: &[Vec<f64>]) -> ColorMap {
-    let all = || rows.iter().flatten().copied();
-    let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+    let [low, high] = extremes(rows.iter().flatten().copied());
     ColorMap::Custom(Arc::new(move |share: f64| {
         let value = (low + share * (high - low)).clamp(-1.0, 1.0);
         let color = if value < 0.0 { "var(--orange)" } else { "var(--blue)" };

@@ -6,6 +6,7 @@ use minijinja::context;
 
 use crate::description::fuzzy::{Component, Input, Rules};
 use crate::fuzzy::value;
+use crate::math::extremes;
 use crate::model::Model;
 use crate::parameter::Kind;
 use crate::render::html::charts::{BLUE, Frame, ORANGE, chart};
@@ -92,7 +93,7 @@ fn chart_of(model: &Model, own: &Drawn) -> Option<(String, String, [String; 2])>
         [a, b] => drawing.map(a, b),
         _ => return None,
     };
-    let ((low, high), unit) = (ends(&values), &own.unit);
+    let ([low, high], unit) = (extremes(values.iter().copied()), &own.unit);
     Some((own.name.clone(), svg, [format!("{low:.4} {unit}"), format!("{high:.4} {unit}")]))
 }
 
@@ -113,7 +114,7 @@ impl Drawing<'_> {
 
     /// Values of an input; a tenth beyond the outermost sets shows that they saturate.
     fn along(&self, k: usize, count: usize) -> Vec<f64> {
-        let (low, high) = if self.marks[k].is_empty() { (0.0, 0.0) } else { ends(&self.marks[k]) };
+        let [low, high] = if self.marks[k].is_empty() { [0.0; 2] } else { extremes(self.marks[k].iter().copied()) };
         let margin = 0.1 * (high - low).max(1e-3);
         let step = (high - low + 2.0 * margin) / (count - 1) as f64;
         (0..count).map(|i| low - margin + step * i as f64).collect()
@@ -148,7 +149,7 @@ impl Drawing<'_> {
         let grid: Vec<(f64, f64)> =
             self.along(a, SIDE).into_iter().flat_map(|x| rows.iter().map(move |&y| (x, y))).collect();
         let values: Vec<f64> = grid.iter().map(|&(x, y)| self.at(&[(a, x), (b, y)])).collect();
-        let (low, high) = ends(&values);
+        let [low, high] = extremes(values.iter().copied());
         let color = |value: &f64| {
             let share = (value - low) / (high - low).max(f64::MIN_POSITIVE);
             format!("color-mix(in srgb, var(--warm) {:.0}%, var(--blue))", 100.0 * share.clamp(0.0, 1.0))
@@ -167,8 +168,4 @@ impl Drawing<'_> {
         let plots = vec![Plot::Scatter(grid), Plot::Scatter(modes)];
         (chart(&frame, None, plots, |layout| layout), values)
     }
-}
-
-fn ends(values: &[f64]) -> (f64, f64) {
-    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)))
 }

@@ -4,7 +4,7 @@ use kuva::plot::{LinePlot, ScatterPlot};
 use kuva::render::plots::Plot;
 use minijinja::context;
 
-use crate::math::distinct;
+use crate::math::{distinct, extremes};
 use crate::render::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
 use crate::render::html::page::{Page, Section, safe};
 use crate::review::Review;
@@ -165,8 +165,7 @@ fn panel(axis: &Axis, label: &str, errors: &[f64], pattern: Option<&[f64]>, orde
     } else {
         plots.push(line(errors, GREY));
     }
-    let (low, high) =
-        axis.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+    let [low, high] = extremes(axis.values.iter().copied());
     let margin = 0.04 * (high - low);
     let alt = format!("{label} against {}", axis.name);
     let frame = Frame { size: [330.0, 210.0], x: &axis.name, y: label, alt: &alt };

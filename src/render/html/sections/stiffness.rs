@@ -4,6 +4,7 @@ use kuva::plot::{BarPlot, LinePlot, ScatterPlot};
 use kuva::render::plots::Plot;
 use minijinja::context;
 
+use crate::math::extremes;
 use crate::render::html::charts::{BLUE, Frame, chart};
 use crate::render::html::page::{Page, Section, safe};
 use crate::results::Report;
@@ -55,9 +56,7 @@ fn drawn(slice: &Slice) -> Option<(String, String, Vec<String>)> {
     let share = |least: f64| ((least - low) / (high - low).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     let color = |share: f64| format!("color-mix(in srgb, var(--blue) {:.0}%, var(--warm))", 100.0 * share);
     let span = |k: usize| {
-        let (low, high) = nodes
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), node| (low.min(node.at[k]), high.max(node.at[k])));
+        let [low, high] = extremes(nodes.iter().map(|node| node.at[k]));
         let margin = 0.06 * (high - low) + 1e-3;
         (1e3 * (low - margin), 1e3 * (high + margin))
     };
