@@ -3,26 +3,16 @@
 use std::sync::Arc;
 
 use super::law::{Law, nothing};
-use crate::model::{
-    Change, Condition, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
-};
+use crate::model::{Change, Condition, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearValue, SiteKind};
 
 const APPROACH: &str = "approach";
 const LOAD: &str = "load";
-static BY: NonlinearParameter = NonlinearParameter {
-    name: "by",
-    kind: NonlinearKind::Choice(&[APPROACH, LOAD]),
-    default: Some(NonlinearValue::Choice(APPROACH)),
-    only_with: None,
-    meaning: "`by`: the joint lies on the flank from which it approached, or on the one to which the load presses it",
-};
-static CHANGES_AT: NonlinearParameter = NonlinearParameter {
-    name: "changes_at",
-    kind: NonlinearKind::Real { unit: "N.m", is_continuous: true, is_positive: true },
-    default: None,
-    only_with: Some(("by", LOAD)),
-    meaning: "`changes_at`: the load at which the joint has crossed to the other flank, N.m or N",
-};
+nonlinear! {
+    BY "by", NonlinearKind::Choice(&[APPROACH, LOAD]), or NonlinearValue::Choice(APPROACH) =>
+        "the joint lies on the flank from which it approached, or on the one to which the load presses it";
+    CHANGES_AT "changes_at", NonlinearKind::Real { unit: "N.m", is_continuous: true, is_positive: true }, with "by" LOAD =>
+        "the load at which the joint has crossed to the other flank, N.m or N";
+}
 
 /// Loads at which the joint is tried to cross, as shares of the greatest: far below it, where a joint changes its flank
 /// near balance.

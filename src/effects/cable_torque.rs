@@ -6,22 +6,14 @@
 use std::sync::Arc;
 
 use super::law::{Law, nothing};
-use crate::model::{Change, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind};
+use crate::model::{Change, EffectParameter, Nonlinear, NonlinearKind, NonlinearValue, SiteKind};
 
-static SLACK: NonlinearParameter = NonlinearParameter {
-    name: "slack",
-    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: true, is_positive: false },
-    default: None,
-    only_with: None,
-    meaning: "`slack`: the turn to either side of `middle` at which the cable is taut, rad or m",
-};
-static MIDDLE: NonlinearParameter = NonlinearParameter {
-    name: "middle",
-    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: false, is_positive: false },
-    default: Some(NonlinearValue::Real(0.0)),
-    only_with: None,
-    meaning: "`middle`: the joint's value at which the cable lies as it was laid, rad or m",
-};
+nonlinear! {
+    SLACK "slack", NonlinearKind::Real { unit: "rad or m", is_continuous: true, is_positive: false } =>
+        "the turn to either side of `middle` at which the cable is taut, rad or m";
+    MIDDLE "middle", NonlinearKind::Real { unit: "rad or m", is_continuous: false, is_positive: false }, or NonlinearValue::Real(0.0) =>
+        "the joint's value at which the cable lies as it was laid, rad or m";
+}
 
 /// Slacks that are tried, as shares of half the range.
 const SHARES: [f64; 5] = [0.2, 0.35, 0.5, 0.65, 0.8];

@@ -5,24 +5,16 @@
 use std::sync::Arc;
 
 use super::law::{Law, nothing};
-use crate::model::{Change, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind};
+use crate::model::{Change, EffectParameter, Nonlinear, NonlinearKind, NonlinearValue, SiteKind};
 
 const ROUNDED: &str = "rounded";
 const CUT_OFF: &str = "cut-off";
-static TO: NonlinearParameter = NonlinearParameter {
-    name: "to",
-    kind: NonlinearKind::Choice(&[ROUNDED, CUT_OFF]),
-    default: Some(NonlinearValue::Choice(ROUNDED)),
-    only_with: None,
-    meaning: "`to`: the nearest step, or the one below",
-};
-static STEP: NonlinearParameter = NonlinearParameter {
-    name: "step",
-    kind: NonlinearKind::Real { unit: "rad", is_continuous: false, is_positive: true },
-    default: None,
-    only_with: None,
-    meaning: "`step`: the step, rad",
-};
+nonlinear! {
+    TO "to", NonlinearKind::Choice(&[ROUNDED, CUT_OFF]), or NonlinearValue::Choice(ROUNDED) =>
+        "the nearest step, or the one below";
+    STEP "step", NonlinearKind::Real { unit: "rad", is_continuous: false, is_positive: true } =>
+        "the step, rad";
+}
 
 /// Bits of a turn: coarser encoders are not built into robots, finer ones are negligible against a robot's repeatability.
 const BITS: std::ops::RangeInclusive<i32> = 8..=13;

@@ -3,26 +3,16 @@
 use std::sync::Arc;
 
 use super::law::{Law, base_moves};
-use crate::model::{
-    Condition, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind, Survey,
-};
+use crate::model::{Condition, EffectParameter, Nonlinear, NonlinearKind, NonlinearValue, SiteKind, Survey};
 
 const STEADY: &str = "steady";
 const JUMP: &str = "jump";
-static COURSE: NonlinearParameter = NonlinearParameter {
-    name: "course",
-    kind: NonlinearKind::Choice(&[STEADY, JUMP]),
-    default: Some(NonlinearValue::Choice(STEADY)),
-    only_with: None,
-    meaning: "`course`: the frame moves steadily, or all at once",
-};
-static JUMP_AT: NonlinearParameter = NonlinearParameter {
-    name: "jump_at",
-    kind: NonlinearKind::Real { unit: "s", is_continuous: false, is_positive: false },
-    default: None,
-    only_with: Some(("course", JUMP)),
-    meaning: "`jump_at`: the time of the jump, s",
-};
+nonlinear! {
+    COURSE "course", NonlinearKind::Choice(&[STEADY, JUMP]), or NonlinearValue::Choice(STEADY) =>
+        "the frame moves steadily, or all at once";
+    JUMP_AT "jump_at", NonlinearKind::Real { unit: "s", is_continuous: false, is_positive: false }, with "course" JUMP =>
+        "the time of the jump, s";
+}
 
 /// Most times of a jump that are tried: readings between the true one and the nearest tried are outliers to the law.
 const MOST_TIMES: usize = 60;

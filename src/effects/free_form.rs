@@ -8,24 +8,14 @@ use nalgebra::Vector3;
 
 use super::law::{Law, base_moves, nothing, tool_moves};
 use crate::math::NaturalSpline;
-use crate::model::{
-    Change, Driver, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
-};
+use crate::model::{Change, Driver, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearValue, SiteKind};
 
-static FOLLOWS: NonlinearParameter = NonlinearParameter {
-    name: "follows",
-    kind: NonlinearKind::Driver,
-    default: None,
-    only_with: None,
-    meaning: "`follows`: what the curve goes with (`q3`, `own-load.q3`, `load.q3`, `move.q3`, `time`, `order`, `height`)",
-};
-static AT: NonlinearParameter = NonlinearParameter {
-    name: "at",
-    kind: NonlinearKind::Knots,
-    default: None,
-    only_with: None,
-    meaning: "`at`: increasing values of what the curve follows, SI",
-};
+nonlinear! {
+    FOLLOWS "follows", NonlinearKind::Driver =>
+        "what the curve goes with (`q3`, `own-load.q3`, `load.q3`, `move.q3`, `time`, `order`, `height`)";
+    AT "at", NonlinearKind::Knots =>
+        "increasing values of what the curve follows, SI";
+}
 
 /// Components of the base that moves: along and about the axes of the measurement frame.
 const BASE: &[(&str, &str)] = &[("x", "m"), ("y", "m"), ("z", "m"), ("rx", "rad"), ("ry", "rad"), ("rz", "rad")];

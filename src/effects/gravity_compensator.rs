@@ -3,17 +3,12 @@
 use std::sync::Arc;
 
 use super::law::{Law, nothing};
-use crate::model::{
-    Change, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
-};
+use crate::model::{Change, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearValue, SiteKind};
 
-static HARMONICS: NonlinearParameter = NonlinearParameter {
-    name: "harmonics",
-    kind: NonlinearKind::Count(MOST_HARMONICS),
-    default: None,
-    only_with: None,
-    meaning: "`harmonics`: how many harmonics of the joint's angle its compliance has, 1 or 2",
-};
+nonlinear! {
+    HARMONICS "harmonics", NonlinearKind::Count(MOST_HARMONICS) =>
+        "how many harmonics of the joint's angle its compliance has, 1 or 2";
+}
 /// Two harmonics follow the stiffness of a spring between two links to within a few per cent.
 const MOST_HARMONICS: usize = 2;
 /// Least load of own weight on a joint that has a compensator, as a share of that on the most loaded joint: builders

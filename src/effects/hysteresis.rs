@@ -6,17 +6,12 @@
 use std::sync::Arc;
 
 use super::law::{Law, nothing};
-use crate::model::{
-    Change, Condition, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
-};
+use crate::model::{Change, Condition, EffectParameter, Nonlinear, NonlinearKind, NonlinearValue, SiteKind};
 
-static DISTANCE: NonlinearParameter = NonlinearParameter {
-    name: "distance",
-    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: true, is_positive: true },
-    default: None,
-    only_with: None,
-    meaning: "`distance`: the motion over which the joint comes to the other flank, rad or m",
-};
+nonlinear! {
+    DISTANCE "distance", NonlinearKind::Real { unit: "rad or m", is_continuous: true, is_positive: true } =>
+        "the motion over which the joint comes to the other flank, rad or m";
+}
 
 /// Distances that are tried, as shares of the greatest move: from a jump with the side of approach to what a lag is.
 const SHARES: [f64; 4] = [0.01, 0.05, 0.2, 0.6];

@@ -8,16 +8,13 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::law::{Law, nothing};
-use crate::model::{Change, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind};
+use crate::model::{Change, EffectParameter, Nonlinear, NonlinearKind, NonlinearValue, SiteKind};
 
 const AXES: [&str; 6] = ["x", "y", "z", "-x", "-y", "-z"];
-static AXIS: NonlinearParameter = NonlinearParameter {
-    name: "axis",
-    kind: NonlinearKind::Choice(&AXES),
-    default: Some(NonlinearValue::Choice("z")),
-    only_with: None,
-    meaning: "`axis`: the axis of the body along which the reflector looks",
-};
+nonlinear! {
+    AXIS "axis", NonlinearKind::Choice(&AXES), or NonlinearValue::Choice("z") =>
+        "the axis of the body along which the reflector looks";
+}
 
 pub(super) static LAW: Law = Law {
     name: "incidence",

@@ -10,29 +10,21 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::law::{Law, nothing};
-use crate::model::{
-    Change, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, ReadingContext, SiteKind,
-};
+use crate::model::{Change, EffectParameter, Nonlinear, NonlinearKind, NonlinearValue, ReadingContext, SiteKind};
 
 const ANGLES: [&str; 2] = ["azimuth", "elevation"];
-static ANGLE: NonlinearParameter = NonlinearParameter {
-    name: "angle",
-    kind: NonlinearKind::Choice(&ANGLES),
-    default: Some(NonlinearValue::Choice("azimuth")),
-    only_with: None,
-    meaning: "`angle`: which angle swings, that about the vertical (azimuth) or that above the horizon (elevation)",
-};
+nonlinear! {
+    ANGLE "angle", NonlinearKind::Choice(&ANGLES), or NonlinearValue::Choice("azimuth") =>
+        "which angle swings, that about the vertical (azimuth) or that above the horizon (elevation)";
+}
 
 /// Periods in a turn that are tried: off its axis, out of round, and long waves of the graduation.
 const TRIED: [usize; 6] = [1, 2, 3, 4, 6, 8];
 const MOST_PERIODS: usize = 12;
-static PERIODS: NonlinearParameter = NonlinearParameter {
-    name: "periods",
-    kind: NonlinearKind::Count(MOST_PERIODS),
-    default: Some(NonlinearValue::Count(1)),
-    only_with: None,
-    meaning: "`periods`: periods in a turn of the instrument, 1 to 12",
-};
+nonlinear! {
+    PERIODS "periods", NonlinearKind::Count(MOST_PERIODS), or NonlinearValue::Count(1) =>
+        "periods in a turn of the instrument, 1 to 12";
+}
 
 pub(super) static LAW: Law = Law {
     name: "instrument-encoder",

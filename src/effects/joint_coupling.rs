@@ -3,15 +3,12 @@
 use std::sync::Arc;
 
 use super::law::{Law, nothing};
-use crate::model::{Change, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind};
+use crate::model::{Change, EffectParameter, Nonlinear, NonlinearKind, NonlinearValue, SiteKind};
 
-static VARIABLE: NonlinearParameter = NonlinearParameter {
-    name: "variable",
-    kind: NonlinearKind::Variable,
-    default: None,
-    only_with: None,
-    meaning: "`variable`: the one that the joint follows",
-};
+nonlinear! {
+    VARIABLE "variable", NonlinearKind::Variable =>
+        "the one that the joint follows";
+}
 
 pub(super) static LAW: Law = Law {
     name: "joint-coupling",

@@ -3,17 +3,12 @@
 use std::sync::Arc;
 
 use super::law::{Law, nothing};
-use crate::model::{
-    Change, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
-};
+use crate::model::{Change, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearValue, SiteKind};
 
-static WOUND_UP_AT: NonlinearParameter = NonlinearParameter {
-    name: "wound_up_at",
-    kind: NonlinearKind::Real { unit: "N.m", is_continuous: true, is_positive: true },
-    default: None,
-    only_with: None,
-    meaning: "`wound_up_at`: the load at which the soft part is wound up, N.m or N",
-};
+nonlinear! {
+    WOUND_UP_AT "wound_up_at", NonlinearKind::Real { unit: "N.m", is_continuous: true, is_positive: true } =>
+        "the load at which the soft part is wound up, N.m or N";
+}
 
 /// Loads at which the soft part is tried to be wound up, as shares of the greatest; each about 1.5 times the one before,
 /// so that the diagnosis refines between them.

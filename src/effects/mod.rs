@@ -5,6 +5,26 @@
 //! To add one: its file, its line in [`Catalogue::standard`], its section in `docs/effects.md`. A program that has an effect
 //! of its own adds it with [`Catalogue::with`]; see `examples/own_effect.rs`.
 
+/// Nonlinear parameters of a law as statics, a row each: the key, what its value is, its default (`or`), the choice that another one must
+/// have for it to exist (`with`), and what it means.
+macro_rules! nonlinear {
+    ($(
+        $(#[$about:meta])* $vis:vis $own:ident $name:literal, $kind:expr
+            $(, or $default:expr)? $(, with $other:literal $word:expr)? => $meaning:literal;
+    )*) => {$(
+        $(#[$about])*
+        $vis static $own: crate::model::NonlinearParameter = crate::model::NonlinearParameter {
+            name: $name,
+            kind: $kind,
+            default: nonlinear!(@optional $($default)?),
+            only_with: nonlinear!(@optional $(($other, $word))?),
+            meaning: concat!("`", $name, "`: ", $meaning),
+        };
+    )*};
+    (@optional) => { None };
+    (@optional $value:expr) => { Some($value) };
+}
+
 mod actuator_compliance;
 mod backlash;
 mod base_compliance;

@@ -5,19 +5,14 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::law::{Law, nothing};
-use crate::model::{
-    Change, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
-};
+use crate::model::{Change, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearValue, SiteKind};
 
 const MASS: &str = "mass";
 const WRENCH: &str = "wrench";
-static MISSTATED: NonlinearParameter = NonlinearParameter {
-    name: "misstated",
-    kind: NonlinearKind::Choice(&[MASS, WRENCH]),
-    default: Some(NonlinearValue::Choice(MASS)),
-    only_with: None,
-    meaning: "`misstated`: the mass of what is carried, or the size of the applied wrench",
-};
+nonlinear! {
+    MISSTATED "misstated", NonlinearKind::Choice(&[MASS, WRENCH]), or NonlinearValue::Choice(MASS) =>
+        "the mass of what is carried, or the size of the applied wrench";
+}
 
 pub(super) static LAW: Law = Law {
     name: "payload",

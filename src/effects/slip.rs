@@ -6,17 +6,14 @@ use std::sync::Arc;
 use super::frame_drift::jumps;
 use super::law::{Law, nothing, tool_moves};
 use crate::model::{
-    Change, Changes, Condition, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
-    ReadingContext, SiteKind, Survey,
+    Change, Changes, Condition, EffectParameter, Nonlinear, NonlinearKind, NonlinearValue, ReadingContext, SiteKind,
+    Survey,
 };
 
-static SLIP_AT: NonlinearParameter = NonlinearParameter {
-    name: "slip_at",
-    kind: NonlinearKind::Real { unit: "s", is_continuous: false, is_positive: false },
-    default: None,
-    only_with: None,
-    meaning: "`slip_at`: the time from which on it sits elsewhere, s",
-};
+nonlinear! {
+    SLIP_AT "slip_at", NonlinearKind::Real { unit: "s", is_continuous: false, is_positive: false } =>
+        "the time from which on it sits elsewhere, s";
+}
 
 /// Most times that are tried: readings between the true one and the nearest tried are outliers to the law.
 const MOST_TIMES: usize = 60;

@@ -7,36 +7,24 @@ use std::sync::Arc;
 
 use super::law::{Law, nothing};
 use crate::model::{
-    Change, Condition, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, Site,
-    SiteKind,
+    Change, Condition, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearValue, Site, SiteKind,
 };
 use crate::parameter::Slot;
 
-/// The default is what versions up to 0.1 assumed. A diagnosis takes the mean of the campaign, in whatever unit its
-/// temperatures are, so that the effect leaves the mean lengths as calibrated.
-static REFERENCE: NonlinearParameter = NonlinearParameter {
-    name: "reference",
-    kind: NonlinearKind::Real { unit: "degC or K as measured", is_continuous: false, is_positive: false },
-    default: Some(NonlinearValue::Real(20.0)),
-    only_with: None,
-    meaning: "`reference`: the temperature at which the lengths of the description hold",
-};
+nonlinear! {
+    /// The default is what versions up to 0.1 assumed. A diagnosis takes the mean of the campaign, in whatever unit its
+    /// temperatures are, so that the effect leaves the mean lengths as calibrated.
+    REFERENCE "reference", NonlinearKind::Real { unit: "degC or K as measured", is_continuous: false, is_positive: false }, or NonlinearValue::Real(20.0) =>
+        "the temperature at which the lengths of the description hold";
+}
 const AT_ONCE: &str = "at-once";
 const DELAYED: &str = "delayed";
-static COURSE: NonlinearParameter = NonlinearParameter {
-    name: "course",
-    kind: NonlinearKind::Choice(&[AT_ONCE, DELAYED]),
-    default: Some(NonlinearValue::Choice(AT_ONCE)),
-    only_with: None,
-    meaning: "`course`: the link has the temperature that is shown, or comes to it with a delay",
-};
-static TIME_CONSTANT: NonlinearParameter = NonlinearParameter {
-    name: "time_constant",
-    kind: NonlinearKind::Real { unit: "s", is_continuous: true, is_positive: true },
-    default: None,
-    only_with: Some(("course", DELAYED)),
-    meaning: "`time_constant`: of the delay, s",
-};
+nonlinear! {
+    COURSE "course", NonlinearKind::Choice(&[AT_ONCE, DELAYED]), or NonlinearValue::Choice(AT_ONCE) =>
+        "the link has the temperature that is shown, or comes to it with a delay";
+    TIME_CONSTANT "time_constant", NonlinearKind::Real { unit: "s", is_continuous: true, is_positive: true }, with "course" DELAYED =>
+        "of the delay, s";
+}
 /// Time constants that are tried, as shares of the longest session: shorter ones are no delay, longer ones show little of
 /// what the thermometer does.
 const SHARES: [f64; 2] = [0.05, 0.2];

@@ -4,17 +4,12 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::law::{Law, nothing};
-use crate::model::{
-    Change, Changes, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, Site, SiteKind,
-};
+use crate::model::{Change, Changes, EffectParameter, Nonlinear, NonlinearKind, NonlinearValue, Site, SiteKind};
 
-pub(super) static ORDER: NonlinearParameter = NonlinearParameter {
-    name: "order",
-    kind: NonlinearKind::Real { unit: "1", is_continuous: true, is_positive: true },
-    default: None,
-    only_with: None,
-    meaning: "`order`: periods in a turn of the joint",
-};
+nonlinear! {
+    pub(super) ORDER "order", NonlinearKind::Real { unit: "1", is_continuous: true, is_positive: true } =>
+        "periods in a turn of the joint";
+}
 
 /// Orders that are tried: eccentricities and the wave generator of a strain wave gear (1, 2) to slow meshes (20). Those
 /// of faster meshes would need more configurations than a campaign has.

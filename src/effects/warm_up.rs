@@ -9,26 +9,18 @@ use std::sync::Arc;
 use super::law::{Law, base_moves, nothing, tool_moves};
 use super::thermal_expansion::lengths;
 use crate::model::{
-    Change, Changes, Condition, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
-    ReadingContext, SiteKind, Survey,
+    Change, Changes, Condition, EffectParameter, Nonlinear, NonlinearKind, NonlinearValue, ReadingContext, SiteKind,
+    Survey,
 };
 
 const EXPONENTIAL: &str = "exponential";
 const LOGARITHMIC: &str = "logarithmic";
-static COURSE: NonlinearParameter = NonlinearParameter {
-    name: "course",
-    kind: NonlinearKind::Choice(&[EXPONENTIAL, LOGARITHMIC]),
-    default: Some(NonlinearValue::Choice(EXPONENTIAL)),
-    only_with: None,
-    meaning: "`course`: towards an end, 1 - exp(-t / T), or ever more slowly, ln(1 + t / T), t from the start of the session",
-};
-static TIME_CONSTANT: NonlinearParameter = NonlinearParameter {
-    name: "time_constant",
-    kind: NonlinearKind::Real { unit: "s", is_continuous: true, is_positive: true },
-    default: None,
-    only_with: None,
-    meaning: "`time_constant`: T, s",
-};
+nonlinear! {
+    COURSE "course", NonlinearKind::Choice(&[EXPONENTIAL, LOGARITHMIC]), or NonlinearValue::Choice(EXPONENTIAL) =>
+        "towards an end, 1 - exp(-t / T), or ever more slowly, ln(1 + t / T), t from the start of the session";
+    TIME_CONSTANT "time_constant", NonlinearKind::Real { unit: "s", is_continuous: true, is_positive: true } =>
+        "T, s";
+}
 
 /// Time constants that are tried, as shares of the longest session: shorter ones are over before much is read, longer
 /// ones are a steady drift.
