@@ -9,31 +9,16 @@ use serde_json::Value;
 use crate::description::urdf::escaped;
 use crate::render::diagnostics::is_active;
 
+macro_rules! templates {
+    ($($name:literal)*) => { &[$((concat!($name, ".html"), include_str!(concat!("templates/", $name, ".html")))),*] };
+}
+
 /// Templates by name; the ending says that what is put in is escaped.
-const TEMPLATES: &[(&str, &str)] = &[
-    ("page.html", include_str!("templates/page.html")),
-    ("certificate.html", include_str!("templates/certificate.html")),
-    ("certificate-answer.html", include_str!("templates/certificate-answer.html")),
-    ("scene.html", include_str!("templates/scene.html")),
-    ("view.html", include_str!("templates/view.html")),
-    ("fitted.html", include_str!("templates/fitted.html")),
-    ("fitted-answer.html", include_str!("templates/fitted-answer.html")),
-    ("answer.html", include_str!("templates/answer.html")),
-    ("waterfall.html", include_str!("templates/waterfall.html")),
-    ("arrows.html", include_str!("templates/arrows.html")),
-    ("against.html", include_str!("templates/against.html")),
-    ("parts.html", include_str!("templates/parts.html")),
-    ("sensitivity.html", include_str!("templates/sensitivity.html")),
-    ("patterns.html", include_str!("templates/patterns.html")),
-    ("distribution.html", include_str!("templates/distribution.html")),
-    ("parameters.html", include_str!("templates/parameters.html")),
-    ("conditioning.html", include_str!("templates/conditioning.html")),
-    ("effects.html", include_str!("templates/effects.html")),
-    ("stiffness.html", include_str!("templates/stiffness.html")),
-    ("fuzzy.html", include_str!("templates/fuzzy.html")),
-    ("track.html", include_str!("templates/track.html")),
-    ("next.html", include_str!("templates/next.html")),
-];
+const TEMPLATES: &[(&str, &str)] = templates! {
+    "page" "certificate" "certificate-answer" "scene" "view" "fitted" "fitted-answer" "answer" "waterfall" "arrows"
+    "against" "parts" "sensitivity" "patterns" "distribution" "parameters" "conditioning" "effects" "stiffness"
+    "fuzzy" "track" "next"
+};
 
 /// Style and scripts of every page.
 const ASSETS: [(&str, &str); 4] = [
