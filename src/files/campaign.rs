@@ -8,7 +8,7 @@ use super::calibrated::{without_conditions, without_constants};
 use super::place::{CAMPAIGNS, KEYS_OF_CAMPAIGN, Place, inside, open};
 use super::reader::Reader;
 use super::readings::{Asked, read};
-use super::robot::{LoadedRobot, Without, find_robot, read_robot};
+use super::robot::{LoadedRobot, Without, find_robot, kept, read_robot};
 use super::schema_line::name_schema;
 use super::tables::{Files, Made, check_table_files, tables, unopened};
 use crate::description::campaign::raw::{RawCampaign, RawEntry};
@@ -188,27 +188,23 @@ pub(super) fn resolved(
     mut diagnostics: Vec<Diagnostic>,
 ) -> Result<LoadedCampaign, Vec<Diagnostic>> {
     let locate = |path: &[&str]| document.place_of_value(path);
-    match campaign::resolve(&raw, &locate, &robot.robot, kinds, tables) {
-        Ok((mut campaign, mut reported)) if !diagnostics.iter().any(Diagnostic::is_error) => {
-            diagnostics.append(&mut reported);
-            diagnostics.extend(robot.diagnostics.iter().cloned());
-            let robot = LoadedRobot { model: robot.model.arranged(&campaign), ..robot };
-            if raw.calibrate.is_none() {
-                campaign.calibrate = usually_calibrated(&robot.model, &campaign);
-            }
-            diagnostics.extend(without_constants(&raw, &robot.robot, &robot.model, &locate));
-            diagnostics.extend(without_conditions(&robot.model, &campaign));
-            // What cannot be assembled here is reported by the command that predicts it.
-            let _ = fill_holding_loads(&robot.model, &mut campaign);
-            let rows = (0..campaign.readings.len()).map(|reading| campaign.configuration(reading));
-            diagnostics.extend(not_allowed(&robot.model, &raw.units, READINGS, rows, |_, _| None));
-            Ok(LoadedCampaign { raw, campaign, robot, diagnostics })
-        }
-        Ok((_, mut reported)) | Err(mut reported) => {
-            diagnostics.append(&mut reported);
-            Err(diagnostics)
-        }
+    let is_sound = !diagnostics.iter().any(Diagnostic::is_error);
+    let mut campaign = kept(campaign::resolve(&raw, &locate, &robot.robot, kinds, tables), &mut diagnostics)?;
+    if !is_sound {
+        return Err(diagnostics);
     }
+    diagnostics.extend(robot.diagnostics.iter().cloned());
+    let robot = LoadedRobot { model: robot.model.arranged(&campaign), ..robot };
+    if raw.calibrate.is_none() {
+        campaign.calibrate = usually_calibrated(&robot.model, &campaign);
+    }
+    diagnostics.extend(without_constants(&raw, &robot.robot, &robot.model, &locate));
+    diagnostics.extend(without_conditions(&robot.model, &campaign));
+    // What cannot be assembled here is reported by the command that predicts it.
+    let _ = fill_holding_loads(&robot.model, &mut campaign);
+    let rows = (0..campaign.readings.len()).map(|reading| campaign.configuration(reading));
+    diagnostics.extend(not_allowed(&robot.model, &raw.units, READINGS, rows, |_, _| None));
+    Ok(LoadedCampaign { raw, campaign, robot, diagnostics })
 }
 
 /// A key that descriptions of robots have and campaigns have not, in a file that has none of a campaign's.

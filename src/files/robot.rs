@@ -163,36 +163,27 @@ fn from_yaml(reader: &Reader, place: &Place, text: &str, without: &Without) -> R
         let remedy = "give the description that it names under `robot:`";
         return Err(vec![diagnostic.at(document.place_of_key(&[key])).remedy(remedy)]);
     }
-    let Some(raw) = raw else { return Err(diagnostics) };
-    let mut raw = raw;
+    let Some(mut raw) = raw else { return Err(diagnostics) };
     for start in [with_ur_kinematics, with_urdf] {
-        match start(reader, place, raw, &document) {
-            Ok((started, mut reported)) => {
-                diagnostics.append(&mut reported);
-                raw = started;
-            }
-            Err(mut reported) => {
-                diagnostics.append(&mut reported);
-                return Err(diagnostics);
-            }
-        }
+        raw = kept(start(reader, place, raw, &document), &mut diagnostics)?;
     }
-    let rules = match rules(reader, place, &mut raw, &document) {
-        Ok((rules, mut reported)) => {
-            diagnostics.append(&mut reported);
-            rules
-        }
-        Err(mut reported) => {
-            diagnostics.append(&mut reported);
-            return Err(diagnostics);
-        }
-    };
+    let rules = kept(rules(reader, place, &mut raw, &document), &mut diagnostics)?;
     let (locate, explained) =
         (|path: &[&str]| document.place_of_value(path), |path: &[&str]| document.explains_absence(path));
     let (written, faults) = khalil_kleinfinger(&raw, &locate, &explained);
     diagnostics.extend(faults);
     let located = Located { document: Some(&document), rules: rules.as_ref(), declared: Some(&raw) };
     finish(written, &located, diagnostics, without, reader)
+}
+
+/// What was read, what is reported of it kept behind what was; all of that as the error where nothing was.
+pub(super) fn kept<T>(
+    read: Result<(T, Vec<Diagnostic>), Vec<Diagnostic>>,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Result<T, Vec<Diagnostic>> {
+    let (found, reported) = read.map_or_else(|reported| (None, reported), |(found, reported)| (Some(found), reported));
+    diagnostics.extend(reported);
+    found.ok_or_else(|| std::mem::take(diagnostics))
 }
 
 /// Puts the rules of the file that `fuzzy` names in its place; the file's text, if there is one, and what is reported of it.
