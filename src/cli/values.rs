@@ -70,6 +70,11 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Erro
     if diagnostics.is_empty() { Ok(q) } else { Err(Error::from(diagnostics)) }
 }
 
+/// Refuses the value of an option that is not within its range; `remedy` says which.
+pub fn within(flag: &str, value: f64, is_within: impl Fn(f64) -> bool, remedy: &str) -> Result<(), Error> {
+    if is_within(value) { Ok(()) } else { Err(Error::input(format!("{flag} `{value}`"), remedy)) }
+}
+
 /// `name=low:high`
 fn range<'t>(flag: &str, entry: &'t str) -> Result<(&'t str, f64, f64), Error> {
     let parsed = entry.split_once('=').and_then(|(name, range)| {

@@ -17,9 +17,7 @@ use crate::results::Certificate;
 
 pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let page = page(session.arguments, "certificate.html", command.json.as_deref())?;
-    if let Some(path) = &command.xml {
-        writable(path)?;
-    }
+    command.xml.as_deref().map_or(Ok(()), writable)?;
     let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
     let about = loaded.raw.certificate.clone().unwrap_or_default();

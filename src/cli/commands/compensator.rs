@@ -9,7 +9,7 @@ use crate::Error;
 use crate::cli::args::Compensator;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::cli::values::numbers;
+use crate::cli::values::{numbers, within};
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
 use crate::description::units::{Angle, Length, Unit};
 use crate::estimation::compensator::{JointCompliance, Triangle, elasticity, from_deflections, mounting};
@@ -66,9 +66,7 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
 
 /// Joint and spring from deflections, in two steps and in one.
 fn deflections(command: &Compensator, campaign: &str, session: &Session) -> Result<Output, Error> {
-    if !(command.within > 0.0 && command.within < 90.0) {
-        return Err(Error::input(format!("--within `{}`", command.within), "give an angle between 0 and 90, deg"));
-    }
+    within("--within", command.within, |v| v > 0.0 && v < 90.0, "give an angle between 0 and 90, deg")?;
     let loaded = session.reader.campaign(campaign, command.robot.as_deref())?;
     let model = &loaded.robot.model;
     let springs = &model.structure.springs;

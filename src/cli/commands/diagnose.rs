@@ -27,9 +27,7 @@ use crate::results::units::mm;
 
 pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let seed = session.seed();
-    if let Some(path) = &command.apply {
-        can_write(path)?;
-    }
+    command.apply.as_deref().map_or(Ok(()), can_write)?;
     let loaded = session.reader.campaign(&command.campaign, command.since.as_deref().or(command.robot.as_deref()))?;
     let model = &loaded.robot.model;
     let campaign = &loaded.campaign;

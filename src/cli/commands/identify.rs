@@ -9,7 +9,7 @@ use crate::Error;
 use crate::cli::args::{Identify, LossName, Robust};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::cli::values::known_parameters;
+use crate::cli::values::{known_parameters, within};
 use crate::description::campaign::{Campaign, Sharing};
 use crate::description::raw::{RawRobot, RawValidity};
 use crate::diagnostic::{Code, Diagnostic};
@@ -79,12 +79,8 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
 
 /// Refuses options out of range, files that could not be written, and what rules have not.
 fn can_be_done(command: &Identify, by_rules: bool) -> Result<(), Error> {
-    if !(0.0..=0.9).contains(&command.check) {
-        return Err(Error::input(format!("--check `{}`", command.check), "give a share from 0 to 0.9"));
-    }
-    if let Some(path) = &command.save {
-        can_write(path)?;
-    }
+    within("--check", command.check, |v| (0.0..=0.9).contains(&v), "give a share from 0 to 0.9")?;
+    command.save.as_deref().map_or(Ok(()), can_write)?;
     let tables =
         [("--table", &command.table), ("--configurations", &command.configurations), ("--parts", &command.parts)];
     for (flag, path) in tables {

@@ -8,7 +8,7 @@ use crate::cli::args::{FrameName, PlaceOf};
 use crate::cli::boxes::keep_out;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::cli::values::{hold, joints, movement, nothing_elastic, units_with, wrench};
+use crate::cli::values::{hold, joints, movement, nothing_elastic, units_with, within, wrench};
 use crate::compensation::{Desired, Hold, Refusal};
 use crate::description::campaign::{LoadPoint, Reading};
 use crate::description::path::Path;
@@ -25,12 +25,8 @@ use crate::render::place as render;
 use crate::results::Placement;
 
 pub fn run(command: &PlaceOf, session: &Session) -> Result<Output, Error> {
-    if let Some(table) = &command.table {
-        writable_table(table)?;
-    }
-    if !(command.condition > 1.0 && command.condition <= 1e6) {
-        return Err(Error::input(format!("--condition `{}`", command.condition), "give a number above 1, at most 1e6"));
-    }
+    command.table.as_deref().map_or(Ok(()), writable_table)?;
+    within("--condition", command.condition, |v| v > 1.0 && v <= 1e6, "give a number above 1, at most 1e6")?;
     let mut loaded = session.reader.robot(&command.robot)?;
     keep_out(&command.keep_out, &mut loaded)?;
     let loaded = loaded;

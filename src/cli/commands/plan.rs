@@ -18,7 +18,7 @@ use crate::cli::args::Plan;
 use crate::cli::boxes::{keep_out, space};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::cli::values::{known_parameters, markers, numbers, ranges, wrench};
+use crate::cli::values::{known_parameters, markers, numbers, ranges, within, wrench};
 use crate::description::campaign::{Campaign, Reading, WRENCH};
 use crate::description::table::Sheet;
 use crate::description::units::Units;
@@ -336,32 +336,22 @@ fn rename(planned: &mut Planned, known: &[String]) {
 }
 
 fn check(command: &Plan) -> Result<(), Error> {
-    let refuse = |what: String, remedy: &str| Err(Error::input(what, remedy));
-    if command.poses == 0 || command.poses > 1000 {
-        return refuse(format!("--poses {}", command.poses), "give a number from 1 to 1000");
+    for (flag, count) in [("--poses", command.poses), ("--repeats", command.repeats)] {
+        if !(1..=1000).contains(&count) {
+            return Err(Error::input(format!("{flag} {count}"), "give a number from 1 to 1000"));
+        }
     }
-    if !(1..=1000).contains(&command.repeats) {
-        return refuse(format!("--repeats {}", command.repeats), "give a number from 1 to 1000");
-    }
-    if !(command.noise > 0.0 && command.noise <= 1e6) {
-        return refuse(format!("--noise `{}`", command.noise), "give a number of mm above 0");
-    }
-    if !(command.orientation_noise > 0.0 && command.orientation_noise <= 360.0) {
-        return refuse(format!("--orientation-noise `{}`", command.orientation_noise), "give a number of deg above 0");
-    }
-    if !(command.share > 0.0 && command.share <= 1.0) {
-        return refuse(format!("--share `{}`", command.share), "give a number above 0, at most 1");
-    }
-    if !(command.cone > 0.0 && command.cone <= 180.0) {
-        return refuse(format!("--cone `{}`", command.cone), "give the half opening in deg, above 0, at most 180");
-    }
-    if !(0.0..=1e9).contains(&command.apart) {
-        return refuse(format!("--apart `{}`", command.apart), "give a distance from 0");
-    }
-    if let Some(path) = &command.table {
-        writable_table(path)?;
-    }
-    Ok(())
+    within("--noise", command.noise, |v| v > 0.0 && v <= 1e6, "give a number of mm above 0")?;
+    within(
+        "--orientation-noise",
+        command.orientation_noise,
+        |v| v > 0.0 && v <= 360.0,
+        "give a number of deg above 0",
+    )?;
+    within("--share", command.share, |v| v > 0.0 && v <= 1.0, "give a number above 0, at most 1")?;
+    within("--cone", command.cone, |v| v > 0.0 && v <= 180.0, "give the half opening in deg, above 0, at most 180")?;
+    within("--apart", command.apart, |v| (0.0..=1e9).contains(&v), "give a distance from 0")?;
+    Ok(command.table.as_deref().map_or(Ok(()), writable_table)?)
 }
 
 fn refused(error: PlanningError) -> Error {

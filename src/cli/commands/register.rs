@@ -13,9 +13,7 @@ use crate::estimation::{Settings, split};
 
 pub fn run(command: &Register, session: &Session) -> Result<Output, Error> {
     let loss = loss(&command.robust)?;
-    if let Some(path) = &command.save {
-        can_write(path)?;
-    }
+    command.save.as_deref().map_or(Ok(()), can_write)?;
     let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
     let campaign = &loaded.campaign;
     known_parameters(&loaded.robot.model, command.hold.iter().map(String::as_str))?;

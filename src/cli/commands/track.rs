@@ -8,7 +8,7 @@ use crate::Error;
 use crate::cli::args::{AlarmAt, Track as Asked};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::cli::values::known_parameters;
+use crate::cli::values::{known_parameters, within};
 use crate::diagnosis::{self, diagnose};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{self, split};
@@ -26,9 +26,7 @@ use crate::tracking::{
 
 pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let page = page(session.arguments, "track.html", None)?;
-    if !(0.0..=0.9).contains(&command.check) {
-        return Err(Error::input(format!("--check `{}`", command.check), "give a share from 0 to 0.9"));
-    }
+    within("--check", command.check, |v| (0.0..=0.9).contains(&v), "give a share from 0 to 0.9")?;
     let loaded = loaded(command, session)?;
     let (days, unused) = dates(command, &loaded)?;
     let measured = measured(command, session, &loaded, &days)?;

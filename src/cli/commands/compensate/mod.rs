@@ -99,9 +99,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
 
 /// Refuses options out of range, and files that could not be written.
 fn can_be_done(command: &Compensate) -> Result<(), Error> {
-    if let Some(table) = &command.table {
-        writable_table(table)?;
-    }
+    command.table.as_deref().map_or(Ok(()), writable_table)?;
     let within = |value: f64, most: f64| value > 0.0 && value <= most;
     if !within(residual(command), 10.0) || !within(command.largest, 90.0) {
         return Err(Error::input(
