@@ -8,6 +8,7 @@ pub mod columns;
 pub mod convention;
 pub mod coupling;
 pub mod elastic;
+mod form;
 pub mod frame;
 pub mod fuzzy;
 pub mod khalil_kleinfinger;

@@ -8,14 +8,14 @@ use std::fmt;
 
 #[cfg(feature = "cli")]
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::raw_files::{Format, RawCsv, RawPoints};
 use super::raw_instrument::RawInstrument;
 use super::raw_targets::OrUnknown;
 use super::sessions::{SESSION, STATION, Sharing};
+use crate::description::form::forms;
 use crate::description::table::{Join, Orientation};
 use crate::description::units::{SomeUnits, Units};
 use crate::observation::Observes;
@@ -144,46 +144,17 @@ impl RawEntry {
 /// An entry of the list, as a name or in full.
 struct Element(RawEntry);
 
-impl<'de> Deserialize<'de> for Element {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl<'de> Visitor<'de> for Reader {
-            type Value = Element;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a file name, or an entry `{file: ..}`")
-            }
-            fn visit_str<E: Error>(self, name: &str) -> Result<Element, E> {
-                Ok(Element(RawEntry { file: name.into(), ..RawEntry::default() }))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Element, A::Error> {
-                RawEntry::deserialize(MapAccessDeserializer::new(map)).map(Element)
-            }
-        }
-        deserializer.deserialize_any(Reader)
-    }
+forms! {
+    Element: "a file name, or an entry `{file: ..}`",
+    text name => Element(RawEntry { file: name.into(), ..RawEntry::default() }),
+    map entry: RawEntry => Element(entry)
 }
 
-impl<'de> Deserialize<'de> for Measurements {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl<'de> Visitor<'de> for Reader {
-            type Value = Measurements;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a file name, an entry `{file: ..}`, or a list of them")
-            }
-            fn visit_str<E: Error>(self, name: &str) -> Result<Measurements, E> {
-                Ok(Measurements::file(name))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Measurements, A::Error> {
-                Ok(Measurements(vec![RawEntry::deserialize(MapAccessDeserializer::new(map))?]))
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Measurements, A::Error> {
-                let all = Vec::<Element>::deserialize(SeqAccessDeserializer::new(seq))?;
-                Ok(Measurements(all.into_iter().map(|element| element.0).collect()))
-            }
-        }
-        deserializer.deserialize_any(Reader)
-    }
+forms! {
+    Measurements: "a file name, an entry `{file: ..}`, or a list of them",
+    text name => Measurements::file(name),
+    list all: Vec<Element> => Measurements(all.into_iter().map(|element| element.0).collect()),
+    map entry: RawEntry => Measurements(vec![entry])
 }
 
 impl Serialize for Measurements {
@@ -214,23 +185,10 @@ impl JsonSchema for Measurements {
     }
 }
 
-impl<'de> Deserialize<'de> for RawKinds {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl<'de> Visitor<'de> for Reader {
-            type Value = RawKinds;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("the name of a kind of readings, or a list of them")
-            }
-            fn visit_str<E: Error>(self, name: &str) -> Result<RawKinds, E> {
-                Ok(RawKinds(vec![name.into()]))
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<RawKinds, A::Error> {
-                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(RawKinds)
-            }
-        }
-        deserializer.deserialize_any(Reader)
-    }
+forms! {
+    RawKinds: "the name of a kind of readings, or a list of them",
+    text name => RawKinds(vec![name.into()]),
+    list names: Vec<String> => RawKinds(names)
 }
 
 impl Serialize for RawKinds {

@@ -5,9 +5,11 @@ use std::marker::PhantomData;
 
 #[cfg(feature = "cli")]
 use schemars::JsonSchema;
-use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{Error, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor};
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{Error, IntoDeserializer, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
+
+use crate::description::form::forms;
 
 /// The word `unknown`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
@@ -96,23 +98,10 @@ pub enum RawAnchor {
     Declared(RawDeclaredAnchor),
 }
 
-impl<'de> Deserialize<'de> for RawAnchor {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl<'de> Visitor<'de> for Reader {
-            type Value = RawAnchor;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a point as `[0, 0, 900]`, or `{at: unknown, near: [0, 0, 900]}`")
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<RawAnchor, A::Error> {
-                <[f64; 3]>::deserialize(SeqAccessDeserializer::new(seq)).map(RawAnchor::At)
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawAnchor, A::Error> {
-                RawDeclaredAnchor::deserialize(MapAccessDeserializer::new(map)).map(RawAnchor::Declared)
-            }
-        }
-        deserializer.deserialize_any(Reader)
-    }
+forms! {
+    RawAnchor: "a point as `[0, 0, 900]`, or `{at: unknown, near: [0, 0, 900]}`",
+    list at: [f64; 3] => RawAnchor::At(at),
+    map declared: RawDeclaredAnchor => RawAnchor::Declared(declared)
 }
 
 /// A fixed point of which something may be unknown.

@@ -3,13 +3,12 @@
 use indexmap::IndexMap;
 #[cfg(feature = "cli")]
 use schemars::JsonSchema;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use super::absent;
 #[cfg(feature = "cli")]
 use super::{name, names};
+use crate::description::form::forms;
 
 raw! {
     /// Mass of a body.
@@ -348,35 +347,10 @@ impl RawFuzzyComponent {
     }
 }
 
-impl<'de> Deserialize<'de> for RawBranch {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = RawBranch;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("a conclusion (a number), or a split {input, from, to, below, above}")
-            }
-
-            fn visit_f64<E>(self, value: f64) -> Result<RawBranch, E> {
-                Ok(RawBranch::Conclusion(value))
-            }
-
-            fn visit_i64<E>(self, value: i64) -> Result<RawBranch, E> {
-                Ok(RawBranch::Conclusion(value as f64))
-            }
-
-            fn visit_u64<E>(self, value: u64) -> Result<RawBranch, E> {
-                Ok(RawBranch::Conclusion(value as f64))
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawBranch, A::Error> {
-                let split = RawSplit::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(RawBranch::Split(Box::new(split)))
-            }
-        }
-        deserializer.deserialize_any(Either)
-    }
+forms! {
+    RawBranch: "a conclusion (a number), or a split {input, from, to, below, above}",
+    number value => RawBranch::Conclusion(value),
+    map split: Box<RawSplit> => RawBranch::Split(split)
 }
 
 impl RawBranch {
