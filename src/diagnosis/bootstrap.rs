@@ -65,11 +65,12 @@ impl Bootstrap {
         Self((0..draws).into_par_iter().filter_map(draw).collect())
     }
 
-    /// 95 % interval of the shrinkage from one step to a later one about its `value`.
-    pub fn shrinkage(&self, from: usize, to: usize, value: f64) -> Option<[f64; 2]> {
+    /// 95 % interval of the shrinkage from one step to a later one about its `value`, on a fresh campaign: `wider` is
+    /// [`super::settings::VerdictSettings::promise`].
+    pub fn shrinkage(&self, from: usize, to: usize, value: f64, wider: [f64; 2]) -> Option<[f64; 2]> {
         let ratios = self.0.iter().map(|rms| (rms[to] / rms[from].max(f64::MIN_POSITIVE)).max(1e-9).ln());
-        // The campaign at hand and a fresh one both scatter.
-        let [low, high] = about_median(ratios.collect())?.map(|end| std::f64::consts::SQRT_2 * end);
+        let [low, high] = about_median(ratios.collect())?;
+        let [low, high] = [wider[0] * low, wider[1] * high];
         let about = (1.0 - value).max(1e-9);
         Some([1.0 - about * high.exp(), 1.0 - about * low.exp()])
     }

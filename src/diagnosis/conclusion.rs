@@ -19,6 +19,7 @@ use super::result::{
 };
 use super::rivals::{Rival, look_alikes, rejected};
 use super::selection::Selector;
+use super::settings::Settings;
 use super::verdict::{Judgement, judge, without_noise};
 use crate::description::campaign::{Amount, Reading};
 use crate::estimation::CalibrationError;
@@ -51,7 +52,7 @@ pub fn conclude(
     let refit = refit(inputs, competition, members, &linear);
     let bootstrap = Bootstrap::new(problem, members, settings.draws, settings.seed);
     let last = members.len();
-    let found = Explanation::new(competition, &judgement, bootstrap, settings.claims.odds);
+    let found = Explanation::new(competition, &judgement, bootstrap, settings);
     let rivals: Vec<Vec<Rival>> = found.claims.iter().map(|claim| claim.rivals.clone()).collect();
     let mut causes = found.causes(inputs.model, &refit.parameters);
     let (rms_after, shrinkage) = (judgement.steps[last].left.rms, found.shrinkage(0, last));
@@ -243,14 +244,17 @@ struct Explanation<'a> {
     claims: Vec<Claim>,
     /// [`super::settings::ClaimSettings::odds`].
     odds: [f64; 3],
+    /// How much wider the intervals of shrinkages are.
+    promise: [f64; 2],
 }
 
 impl<'a> Explanation<'a> {
-    fn new(competition: &'a Competition, judgement: &'a Judgement, bootstrap: Bootstrap, odds: [f64; 3]) -> Self {
+    fn new(competition: &'a Competition, judgement: &'a Judgement, bootstrap: Bootstrap, settings: &Settings) -> Self {
         // Every member is the hypothesis of a claim.
         let claim = |&m: &usize| competition.claims.iter().find(|claim| claim.hypothesis == m);
         let claims = judgement.members().iter().filter_map(claim).cloned().collect();
-        let found = Self { competition, judgement, bootstrap, claims, odds };
+        let (odds, promise) = (settings.claims.odds, settings.verdict.promise);
+        let found = Self { competition, judgement, bootstrap, claims, odds, promise };
         // Where the noise does not decide, and a fresh campaign may be no better with all causes, no more than their families is known.
         let is_decided = judgement.verdict == Verdict::Explained;
         let is_promised = || found.shrinkage(0, judgement.members().len()).ci95.is_none_or(|[low, _]| low > 0.0);
@@ -264,7 +268,7 @@ impl<'a> Explanation<'a> {
     /// Shrinkage of the error from one step to a later one.
     fn shrinkage(&self, from: usize, to: usize) -> Shrinkage {
         let value = 1.0 - self.judgement.steps[to].left.rms / self.judgement.steps[from].left.rms;
-        Shrinkage { value, ci95: self.bootstrap.shrinkage(from, to, value) }
+        Shrinkage { value, ci95: self.bootstrap.shrinkage(from, to, value, self.promise) }
     }
 
     /// The causes with their fitted parameters by step. Those that are reported as one, whose claims follow one another, are one.
