@@ -75,6 +75,12 @@ impl Bootstrap {
         Some([1.0 - about * high.exp(), 1.0 - about * low.exp()])
     }
 
+    /// Whether the 95 % interval of the shrinkage from the first step to a later one, the scatter of this campaign and of a fresh one alone in it,
+    /// excludes nothing; so where none is drawn.
+    pub fn excludes_nothing(&self, to: usize, value: f64) -> bool {
+        self.shrinkage(0, to, value, [std::f64::consts::SQRT_2; 2]).is_none_or(|[low, _]| low > 0.0)
+    }
+
     /// 95 % interval of the root mean square error at a step about its `value`, m.
     pub fn rms(&self, step: usize, value: f64) -> Option<[f64; 2]> {
         let sizes = self.0.iter().map(|rms| rms[step].max(f64::MIN_POSITIVE).ln());

@@ -257,8 +257,8 @@ impl<'a> Explanation<'a> {
         let found = Self { competition, judgement, bootstrap, claims, odds, promise };
         // Where the noise does not decide, and a fresh campaign may be no better with all causes, no more than their families is known.
         let is_decided = judgement.verdict == Verdict::Explained;
-        let is_promised = || found.shrinkage(0, judgement.members().len()).ci95.is_none_or(|[low, _]| low > 0.0);
-        if is_decided || is_promised() {
+        let last = judgement.members().len();
+        if is_decided || found.bootstrap.excludes_nothing(last, found.shrinkage(0, last).value) {
             return found;
         }
         let of_family = |claim: &Claim| Claim { level: Level::Family, ..claim.clone() };

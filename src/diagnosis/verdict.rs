@@ -153,7 +153,7 @@ fn is_promised(inputs: &Inputs, competition: &Competition, steps: &[Step]) -> bo
     let value = 1.0 - last.left.rms / first.left.rms;
     let settings = inputs.settings;
     let drawn = Bootstrap::new(&competition.problem, &last.subset.members, settings.draws, settings.seed);
-    drawn.shrinkage(0, steps.len() - 1, value, settings.verdict.promise).is_none_or(|[low, _]| low > 0.0)
+    drawn.excludes_nothing(steps.len() - 1, value)
 }
 
 fn is_explained(before: f64, after: f64, limit: f64, settings: &VerdictSettings) -> bool {
