@@ -67,10 +67,9 @@ impl Bootstrap {
 
     /// 95 % interval of the shrinkage from one step to a later one about its `value`, on a fresh campaign: `wider` is
     /// [`super::settings::VerdictSettings::promise`].
-    pub fn shrinkage(&self, from: usize, to: usize, value: f64, wider: [f64; 2]) -> Option<[f64; 2]> {
+    pub fn shrinkage(&self, from: usize, to: usize, value: f64, wider: f64) -> Option<[f64; 2]> {
         let ratios = self.0.iter().map(|rms| (rms[to] / rms[from].max(f64::MIN_POSITIVE)).max(1e-9).ln());
-        let [low, high] = about_median(ratios.collect())?;
-        let [low, high] = [wider[0] * low, wider[1] * high];
+        let [low, high] = about_median(ratios.collect())?.map(|end| wider * end);
         let about = (1.0 - value).max(1e-9);
         Some([1.0 - about * high.exp(), 1.0 - about * low.exp()])
     }
@@ -78,7 +77,7 @@ impl Bootstrap {
     /// Whether the 95 % interval of the shrinkage from the first step to a later one, the scatter of this campaign and of a fresh one alone in it,
     /// excludes nothing; so where none is drawn.
     pub fn excludes_nothing(&self, to: usize, value: f64) -> bool {
-        self.shrinkage(0, to, value, [std::f64::consts::SQRT_2; 2]).is_none_or(|[low, _]| low > 0.0)
+        self.shrinkage(0, to, value, std::f64::consts::SQRT_2).is_none_or(|[low, _]| low > 0.0)
     }
 
     /// 95 % interval of the root mean square error at a step about its `value`, m.

@@ -245,7 +245,7 @@ struct Explanation<'a> {
     /// [`super::settings::ClaimSettings::odds`].
     odds: [f64; 3],
     /// How much wider the intervals of shrinkages are.
-    promise: [f64; 2],
+    promise: f64,
 }
 
 impl<'a> Explanation<'a> {
@@ -253,7 +253,9 @@ impl<'a> Explanation<'a> {
         // Every member is the hypothesis of a claim.
         let claim = |&m: &usize| competition.claims.iter().find(|claim| claim.hypothesis == m);
         let claims = judgement.members().iter().filter_map(claim).cloned().collect();
-        let (odds, promise) = (settings.claims.odds, settings.verdict.promise);
+        let odds = settings.claims.odds;
+        let [explained, open] = settings.verdict.promise;
+        let promise = if judgement.verdict == Verdict::Explained { explained } else { open };
         let found = Self { competition, judgement, bootstrap, claims, odds, promise };
         // Where the noise does not decide, and a fresh campaign may be no better with all causes, no more than their families is known.
         let is_decided = judgement.verdict == Verdict::Explained;

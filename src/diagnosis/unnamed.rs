@@ -115,7 +115,10 @@ pub fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings
 /// the rest of them explain as much: all share what speaks for the cause, and not all need have it.
 pub fn without_idle_joints(forward: &Forward, mut claims: Vec<Claim>, noise: f64) -> Vec<Claim> {
     let is_idle = |claim: &Claim| {
-        let others = claims.iter().map(|other| other.hypothesis).filter(|&h| h != claim.hypothesis);
+        let hypotheses = &forward.problem.hypotheses;
+        // A curve at the site of a law takes what the law leaves.
+        let is_other = |&h: &usize| h != claim.hypothesis && !hypotheses[h].holds(&hypotheses[claim.hypothesis]);
+        let others = claims.iter().map(|other| other.hypothesis).filter(is_other);
         let gain = forward.selector.gains(&others.collect::<Vec<usize>>())[claim.hypothesis];
         claim.is_of_set && gain.squares < gain.directions.max(1) as f64 * (normal95() * noise).powi(2)
     };

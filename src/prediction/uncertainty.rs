@@ -73,7 +73,7 @@ impl FittedUncertainty {
         Ok(points.readings.iter().enumerate().map(one).collect())
     }
 
-    /// Error of each configuration, observed (`residual`, as [`Linearised::residual`]) and predicted: what the fit left unexplained is
+    /// Error of each configuration, observed (`residual`, as [`crate::prediction::Linearised::residual`]) and predicted: what the fit left unexplained is
     /// shared by the readings of a configuration, the noise of the campaign is not. The base is taken as known.
     ///
     /// # Errors
