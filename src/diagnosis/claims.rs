@@ -89,8 +89,8 @@ pub fn claims(
         return vec![compared.curve(0, first(0).level_by_driver())];
     }
     let is_tied = |at: usize| match sharp {
-        Some(sharp) if sets[at].len() == 1 => sharp.iter().any(|rival| hypotheses[rival.hypothesis].is_same(first(at))),
-        _ => compared.is_rival(at, 0),
+        Some(sharp) => sets[at].len() == 1 && sharp.iter().any(|rival| hypotheses[rival.hypothesis].is_same(first(at))),
+        None => compared.is_rival(at, 0),
     };
     let mut tied: Vec<usize> = (1..sets.len()).filter(|&at| !first(at).is_free() && is_tied(at)).collect();
     tied.sort_by(|&a, &b| compared.total(a).total_cmp(&compared.total(b)));

@@ -96,11 +96,14 @@ pub fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings
         let greatest = series.iter().copied().max_by(|a, b| alone(a).total_cmp(&alone(b)));
         let Some(greatest) = greatest.filter(|_| series.len() > 1) else { continue };
         let is_most = series.len() < 3 && alone(&greatest) >= settings.claims.of_site * (before - with(&series));
+        let own = &hypotheses[greatest.hypothesis];
+        let is_one_law = series.iter().all(|claim| hypotheses[claim.hypothesis].is_same(own));
+        // Several ways to give under load at one site are no course of one angle.
+        let are_kept = if is_most { is_one_law } else { !is_one_law && law.family() == Family::Elastic };
+        if are_kept {
+            continue;
+        }
         let found = if is_most {
-            let own = &hypotheses[greatest.hypothesis];
-            if series.iter().all(|claim| hypotheses[claim.hypothesis].is_same(own)) {
-                continue;
-            }
             greatest.clone()
         } else {
             let found = curve(forward, &taken, Some(law), settings);
