@@ -73,6 +73,11 @@ fn gravity_elsewhere(evidence: &Evidence, limits: &Limits, found: &Calibration) 
         let is_sound = again.converged() && far_off(&model, &again).next().is_none();
         (is_sound && falls).then_some(again.after.fit.distance[1])
     };
+    // What the fit without the constants that were held explains by itself is no matter of gravity.
+    let unchanged = calibrate(evidence.model, evidence.campaign, &found.held_out, &settings, &mut |_| {}).ok()?;
+    if unchanged.noise_ratio * limits.fall <= found.noise_ratio {
+        return None;
+    }
     let of = |(axis, written)| Some((written, left(axis)?));
     let (written, left) = DIRECTIONS.into_iter().filter_map(of).min_by(|a, b| a.1.total_cmp(&b.1))?;
     let before = found.after.fit.distance[1];
