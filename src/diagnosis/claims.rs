@@ -220,8 +220,8 @@ impl Compared<'_> {
         self.sets[own].iter().map(claim).collect()
     }
 
-    /// Adds the joints that do as well together as a law does by itself to what is not told apart from it: where the noise decides, rivals are
-    /// sought one by one.
+    /// Adds the joints that do as well together as a law does by itself to what cannot be distinguished from it: where the noise decides, rivals
+    /// are sought one by one.
     fn add_joints(&self, own: usize, claims: &mut [Claim]) {
         let [claim] = claims else { return };
         let is_room = claim.rivals.len() + 1 < self.forward.settings.group;

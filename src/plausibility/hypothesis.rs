@@ -290,6 +290,11 @@ impl Hypothesis {
         matches!(self, Self::Shifted(..))
     }
 
+    /// Whether it changes values of the description, and nothing of the campaign.
+    pub fn is_of_description(&self) -> bool {
+        matches!(self, Self::DescriptionAngles(_) | Self::FrameAfter | Self::FrameBefore(_))
+    }
+
     /// Whether it adds unknowns, so that it also takes up part of what the description's tolerances make.
     pub fn adds_unknowns(&self) -> bool {
         matches!(self, Self::Unknown { .. })

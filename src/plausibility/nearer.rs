@@ -15,7 +15,7 @@ use crate::parameter::{Group, Slot};
 /// Tolerances by which a constant moved from which it may stand for something else, and by which the constants have to stay nearer
 /// together with the files read otherwise: ten standard deviations of a described robot.
 const FAR: f64 = 10.0;
-/// Ways that are calibrated with, those with which registration leaves least: a calibration each.
+/// Ways that are calibrated with, those with which registration leaves least: a calibration each. A judgement.
 const TRIED: usize = 12;
 
 /// What constants stand for that ended far from the description.
@@ -62,19 +62,20 @@ fn squares(of: &[(Slot, f64)]) -> f64 {
 }
 
 /// Registration may leave so many times what it does without a way that is calibrated with: the constants' own errors, which registration
-/// leaves in both, may add to those of the mistake or lessen them.
+/// leaves in both, may add to those of the mistake or lessen them. A judgement, which decides only what is calibrated with.
 const AS_MUCH: f64 = 1.5;
 
-/// Base and tool estimated as well, and the ways with which registration leaves hardly more than without.
+/// Base and tool estimated as well, and the ways to read the campaign with which registration leaves hardly more than without.
 fn ways(evidence: &Evidence, limits: &Limits) -> Vec<Hypothesis> {
     let (model, campaign) = (evidence.model, evidence.campaign);
     let trials = Trials::new(model, campaign, limits);
     let (mut ways, others): (Vec<_>, Vec<_>) =
         Hypothesis::all(model, campaign).into_iter().partition(Hypothesis::adds_unknowns);
+    let others = others.into_iter().filter(|way| !way.is_of_description());
     let Some(before) = trials.error(&[]) else { return ways };
     let left =
         |way: Hypothesis| trials.error(&[way]).filter(|error| *error <= AS_MUCH * before).map(|error| (way, error));
-    let mut nearer: Vec<(Hypothesis, f64)> = others.into_iter().filter_map(left).collect();
+    let mut nearer: Vec<(Hypothesis, f64)> = others.filter_map(left).collect();
     nearer.sort_by(|a, b| a.1.total_cmp(&b.1));
     ways.extend(nearer.into_iter().take(TRIED).map(|(way, _)| way));
     ways

@@ -60,8 +60,8 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     }
 }
 
-/// What has moved since the description `name`, which the diagnosis took: what that states, fitted without causes to the readings that are no
-/// outliers.
+/// What has moved since the description `name` that was diagnosed: the constants and springs of which it states uncertainties, fitted without
+/// causes and without outliers.
 fn since(name: &str, robot: &LoadedRobot, campaign: &Campaign, found: &Diagnosis) -> Result<Since, Error> {
     let (raw, model) = (&robot.raw, &robot.model);
     let own = campaign.select(|_, reading| !found.outliers.contains(&reading.row));

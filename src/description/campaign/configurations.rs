@@ -42,43 +42,44 @@ pub fn point_of(reading: &Reading) -> Point {
 
 impl Campaign {
     /// Of each pose, the first one of the same session that has the same variables (of its first reading): itself where no
-    /// other has them. Rows without a name of a pose, and poses named anew at every visit, are told apart by nothing else.
+    /// other has them. Rows without a name of a pose, and poses named anew at every visit, are distinguished by nothing else.
     pub fn configurations(&self) -> Vec<usize> {
-        let mut first: Vec<usize> = (0..self.poses.len()).collect();
-        let mut seen = vec![false; self.poses.len()];
         let mut known: HashMap<(usize, Vec<u64>), usize> = HashMap::new();
-        for (index, reading) in self.readings.iter().enumerate() {
-            if std::mem::replace(&mut seen[reading.pose], true) {
-                continue;
-            }
+        self.first_poses(|index| {
+            let reading = &self.readings[index];
             let variables = self.configuration(index).iter().map(|value| bits(*value)).collect();
-            let same = known.entry((reading.session.session, variables)).or_insert(reading.pose);
-            first[reading.pose] = *same;
-        }
-        first
+            *known.entry((reading.session.session, variables)).or_insert(reading.pose)
+        })
     }
 
-    /// The same of poses whose variables are within [`NEAR`] of those of the first one, as they are where joints are recorded anew at every
+    /// The same of poses whose variables are within 2e-4 (rad, m) of those of the first one, as they are where joints are recorded anew at every
     /// visit: what a model misses, or a drive leaves, is the same at all of them.
     pub fn neighbourhoods(&self) -> Vec<usize> {
-        let mut first: Vec<usize> = (0..self.poses.len()).collect();
-        let mut seen = vec![false; self.poses.len()];
         let widest = self.widest_variable();
         let cell = |q: &[f64]| widest.and_then(|k| q.get(k)).map_or(0, |value| (value / NEAR).floor() as i64);
         let mut known: HashMap<(usize, i64), Vec<usize>> = HashMap::new();
-        for (index, reading) in self.readings.iter().enumerate() {
-            if std::mem::replace(&mut seen[reading.pose], true) {
-                continue;
-            }
-            let (session, q) = (reading.session.session, self.configuration(index));
+        self.first_poses(|index| {
+            let (session, q) = (self.readings[index].session.session, self.configuration(index));
             let is_near = |other: &&usize| {
                 self.configuration(**other).iter().zip(q).all(|(a, b)| a == b || (a - b).abs() <= NEAR)
             };
             let at = cell(q);
             let near = [at - 1, at, at + 1].into_iter().filter_map(|cell| known.get(&(session, cell))).flatten();
-            match near.filter(is_near).min() {
-                Some(&other) => first[reading.pose] = self.readings[other].pose,
-                None => known.entry((session, at)).or_default().push(index),
+            let first = near.filter(is_near).min().copied();
+            if first.is_none() {
+                known.entry((session, at)).or_default().push(index);
+            }
+            self.readings[first.unwrap_or(index)].pose
+        })
+    }
+
+    /// Of each pose, what its first reading, by index, gives: the first pose like it; itself without readings.
+    fn first_poses(&self, mut first_like: impl FnMut(usize) -> usize) -> Vec<usize> {
+        let mut first: Vec<usize> = (0..self.poses.len()).collect();
+        let mut seen = vec![false; self.poses.len()];
+        for (index, reading) in self.readings.iter().enumerate() {
+            if !std::mem::replace(&mut seen[reading.pose], true) {
+                first[reading.pose] = first_like(index);
             }
         }
         first
