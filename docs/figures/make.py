@@ -42,6 +42,8 @@ CALIBRATED = {
     "-as-described": "calibrate: []\n",
     "-geometry": "calibrate: [geometry, joint-offset]\n",
 }
+# Two springs of the base, where it stands on something that gives.
+TILT = "base_stiffness: {{krx: {{compliance: 1.0e-5, identifiable: true}}, kry: {{compliance: 1.0e-5, identifiable: true}}}}\n"
 # Descriptions of the iiwa 7: rigid; with joint springs; with the tilt of the base; with the wind-up of joints 2 and 4.
 ARMS_OF_RUNS = {"-rigid": 0, "": 1, "-tilting": 2, "-winding": 3}
 
@@ -149,23 +151,25 @@ def campaigns(folder, data):
         save(f"{arm}-free", free, arm=arm, file=file)
         # With masses and springs, of the joints that carry weight.
         with open(os.path.join(ROOT, "tests", "data", "sockets", urdf.replace("urdf", "yaml")), encoding="utf-8") as masses:
-            save(f"{arm}-weight-arm", ARM + masses.read().replace("{", "{{").replace("}", "}}"), urdf=urdf)
-        for name, text in [("weight", SOCKETS), ("weight-free", free)]:
-            save(f"{arm}-{name}", text, arm=f"{arm}-weight", file=file)
+            heavy = ARM + masses.read().replace("{", "{{").replace("}", "}}")
+        save(f"{arm}-weight-arm", heavy, urdf=urdf)
+        save(f"{arm}-tilting-arm", heavy + TILT, urdf=urdf)
+        for name in ["weight", "tilting"]:
+            save(f"{arm}-{name}", SOCKETS, arm=f"{arm}-{name}", file=file)
+            save(f"{arm}-{name}-free", free, arm=f"{arm}-{name}", file=file)
     with open(os.path.join(data, "iiwa7-payload", "robot.yaml"), encoding="utf-8") as file:
         description = file.read().replace("{", "{{").replace("}", "}}")
     springs = "".join(f"  {k}: {{{{kar: {{{{compliance: 5.0e-5, identifiable: true}}}}}}}}\n" for k in range(2, 7))
     springs = "joint_stiffness:\n" + springs
     # The tilt of the base that `diagnose` names in the three runs, then the wind-up of joint 4 that it names next, and that of
     # joint 2, from which it cannot tell it.
-    tilt = "base_stiffness: {{krx: {{compliance: 1.0e-5, identifiable: true}}, kry: {{compliance: 1.0e-5, identifiable: true}}}}\n"
     wind_up = "- {{{{effect: joint-stiffening, site: 'joint:{}', parameters: {{{{wind_up: 1.0e-4, wound_up_at: 11.28}}}}}}}}\n"
     wind_up = "effects:\n" + "".join(wind_up.format(k) for k in (2, 4))
     alone = RUNS[: RUNS.index("measurements:")].replace("per-session", "true")
     ignored = RUNS[RUNS.index("ignore:") :]
     for kind, more in ARMS_OF_RUNS.items():
         arm = f"{kind or '-springs'}"[1:]
-        save(arm, description + (springs if more else "") + (tilt if more > 1 else "") + (wind_up if more > 2 else ""))
+        save(arm, description + (springs if more else "") + (TILT if more > 1 else "") + (wind_up if more > 2 else ""))
         save(f"iiwa7-runs{kind}", RUNS.replace("springs.yaml", f"{arm}.yaml"))
         for run_, load in [("unloaded", ""), ("payload-0kg", ""), ("payload-5kg", ", payload: five")]:
             entry = f"measurements: {{{{file: {{data}}/iiwa7-payload/{run_}.csv{load}}}}}\n"
@@ -197,7 +201,7 @@ def evidence(program):
         for arm in ["panda_1", "kuka_14"]:
             record(f"sockets-{arm}", "identify", f"{arm}.yaml")
             record(f"sockets-{arm}-free", "identify", f"{arm}-free.yaml", "--tolerance", "noise")
-            for name in ["weight", "weight-free"]:
+            for name in ["weight", "weight-free", "tilting", "tilting-free"]:
                 record(f"sockets-{arm}-{name}", "identify", f"{arm}-{name}.yaml", "--what", "geometric,elastic")
         fit = ["--what", "geometric,elastic", "--tolerance", "noise"]
         for run_ in ["unloaded", "payload-0kg", "payload-5kg"]:

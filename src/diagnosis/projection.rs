@@ -150,6 +150,10 @@ impl<'a> Projection<'a> {
             return !hypothesis.is_positive;
         }
         let Some(amounts) = self.products[h].clone().lu().solve(of_block) else { return false };
+        let greatest = match hypothesis.effect.greatest_amount() {
+            Some(own) if greatest.is_finite() => own,
+            _ => greatest,
+        };
         // Amounts of constants are shifts: those of what is not rigid can be negative.
         let can_be_negative = |is_positive: bool| !is_positive || !hypothesis.constants.is_empty();
         amounts.iter().zip(&hypothesis.parameters).all(|(amount, parameter)| match hypothesis.is_positive {

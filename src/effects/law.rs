@@ -39,6 +39,8 @@ pub struct Law {
     pub is_another_at_ends: fn(&Nonlinear) -> [bool; 2],
     pub constants: fn(&Model, &Site, &Nonlinear) -> Vec<Slot>,
     pub parameters: Option<ParametersOf>,
+    /// As [`Effect::greatest_amount`].
+    pub greatest_amount: Option<f64>,
     pub thermal_delay: fn(&Nonlinear) -> Option<f64>,
     /// As [`Effect::period`].
     pub period: fn(&Nonlinear) -> Option<f64>,
@@ -68,6 +70,7 @@ impl Law {
         is_another_at_ends: |_| [false; 2],
         constants: |_, _, _| Vec::new(),
         parameters: None,
+        greatest_amount: None,
         thermal_delay: |_| None,
         period: |_| None,
         changes: |_, _, _| nothing(),
@@ -180,6 +183,10 @@ impl Effect for &'static Law {
             Some(parameters) => parameters(model, site, nonlinear),
             None => model.shifts_of(&self.constants(model, site, nonlinear)),
         }
+    }
+
+    fn greatest_amount(&self) -> Option<f64> {
+        self.greatest_amount
     }
 
     fn thermal_delay(&self, nonlinear: &Nonlinear) -> Option<f64> {

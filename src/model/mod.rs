@@ -164,6 +164,10 @@ pub trait Effect: Send + Sync {
     fn parameters(&self, model: &Model, site: &Site, nonlinear: &Nonlinear) -> Vec<EffectParameter> {
         model.shifts_of(&self.constants(model, site, nonlinear))
     }
+    /// Times its common size that an amount may be at most, for a diagnosis to name it; `None` where the setting for all effects holds.
+    fn greatest_amount(&self) -> Option<f64> {
+        None
+    }
     /// Time constant (s) with which its site follows the thermometer; `None` where it follows at once.
     fn thermal_delay(&self, _nonlinear: &Nonlinear) -> Option<f64> {
         None

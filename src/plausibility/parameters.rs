@@ -61,10 +61,13 @@ pub(super) fn near_their_description(evidence: &Evidence, limits: &Limits) -> Ve
     let Some((tolerances, ..)) = far.first() else { return Vec::new() };
     let named: Vec<&str> = far.iter().take(NAMED).map(|(_, shown, _)| shown.as_str()).collect();
     let more = if far.len() > NAMED { format!(", and {} more", far.len() - NAMED) } else { String::new() };
-    let message = format!(
-        "calibrated constants are far from the description (up to {tolerances:.0} times its tolerance): {}{more}",
-        named.join(", ")
-    );
+    // A turn is far whatever the tolerance.
+    let by_tolerances = match *tolerances > limits.moved {
+        true => format!(" (up to {tolerances:.0} times its tolerance)"),
+        false => String::new(),
+    };
+    let message =
+        format!("calibrated constants are far from the description{by_tolerances}: {}{more}", named.join(", "));
     let is_hopeless = far.iter().any(|(.., is_hopeless)| *is_hopeless);
     let diagnostic = if is_hopeless { Diagnostic::error(message) } else { Diagnostic::warning(message) };
     let remedy = "look at zeros, signs and lengths of the description there; if its numbers are guesses, say so: \

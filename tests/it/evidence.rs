@@ -446,6 +446,22 @@ fn sockets_calibrate_real_arms() {
         let slot = model.registry.slot("socket0-socket1.distance").expect("a parameter");
         let distance = found.estimates.iter().find(|estimate| estimate.slot == slot).expect("a candidate");
         assert!((distance.value - 0.05).abs() < most_off, "{file}: {} +- {:?}", distance.value, distance.ci95);
+
+        // The same with masses, springs of joints, and two of the base, whose table gives.
+        let arm = std::fs::read_to_string(folder.path().join("heavy.yaml")).expect("read");
+        let tilt = "base_stiffness:\n  krx: {compliance: 1.0e-5, identifiable: true}\n  \
+                    kry: {compliance: 1.0e-5, identifiable: true}\n";
+        write("tilting.yaml", arm + tilt);
+        let text = std::fs::read_to_string(&path).expect("read").replace("arm.yaml", "tilting.yaml");
+        write("tilting-campaign.yaml", text);
+        let tilting = folder.path().join("tilting-campaign.yaml");
+        let loaded = load_campaign(tilting.to_str().expect("a path"), None).unwrap_or_else(|found| panic!("{found:?}"));
+        let settings = Settings { what: Some(What { geometric: true, elastic: true }), ..Settings::default() };
+        let model = &loaded.robot.model;
+        let found = calibrate(model, &loaded.campaign, &held_out, &settings, &mut |_| {}).expect("calibrated");
+        let slot = model.registry.slot("socket0-socket1.distance").expect("a parameter");
+        let distance = found.estimates.iter().find(|estimate| estimate.slot == slot).expect("a candidate");
+        assert!((distance.value - 0.05).abs() < 0.4e-3, "{file}: {} +- {:?}", distance.value, distance.ci95);
     }
 }
 
