@@ -60,7 +60,10 @@ pub fn excluded(campaign: &Campaign, gap: f64, is_fixed: bool, hypotheses: &mut 
     let Some(motion) = motion.filter(is_still) else { return Vec::new() };
     let [rms, greatest, gap] = [motion.rms, motion.greatest, gap].map(|length| 1e3 * length);
     let seen = if motion.p > CHANCE { "stood still within their scatter," } else { "moved by" };
-    let by = format!("fixed reflectors {seen} {rms:.4} mm (rms, at most {greatest:.4} mm); the gap is {gap:.4} mm");
+    let by = format!(
+        "fixed reflectors {seen} {rms:.4} mm (rms, at most {greatest:.4} mm); the gap is {gap:.4} mm; reflectors beside the robot, and not on \
+         its base, do not show that it moved on its mount: without `references:` that is tried"
+    );
     let mut found: Vec<Excluded> = Vec::new();
     for hypothesis in hypotheses.iter().filter(|hypothesis| moves_base(hypothesis)) {
         let EffectAtSite { effect, site } = hypothesis.named();

@@ -17,6 +17,12 @@ const TIE: f64 = 1e-6;
 /// A column is zero when a common error of its parameter shows less than this part of the most that any other shows:
 /// rounding of derivatives of the size of the largest.
 const ZERO: f64 = 1e-12;
+/// A parameter takes the place of one that would have to move by so many more of its tolerances to stand for it: a length that of an
+/// angle with a lever of millimetres, which would turn by degrees. Judgement: constants a few tolerances off are common.
+const MORE_TOLERANCES: f64 = 5.0;
+/// Part of its length from which a column shows plainly beside those chosen before it: for one that hardly does another that hardly does would
+/// come, and the fit would be no better conditioned. Judgement.
+const PLAIN: f64 = 0.02;
 /// Part of a dropped column below which a kept column's share of it is not reported.
 const NEGLIGIBLE: f64 = 1e-6;
 
@@ -99,7 +105,7 @@ impl Columns {
 /// and the processor do not change the kept set.
 pub fn reduce(matrix: &[f64], about: &[Column], scaling: Scaling, criterion: Criterion) -> Identifiability {
     let columns = Columns::new(matrix, about, scaling);
-    let (chosen, remainder) = independent(&columns, about);
+    let (chosen, remainder) = by_tolerance(&columns, about);
     let eligible: Vec<usize> = chosen.iter().copied().filter(|&column| !about[column].held).collect();
     // Base and tool are judged among themselves first: what is weak of them would else push out parameters of the robot.
     let (placed, robot): (Vec<usize>, Vec<usize>) = eligible.iter().partition(|&&column| about[column].placed);
@@ -158,9 +164,49 @@ fn shown(columns: &Columns, mut chosen: Vec<usize>, fraction: f64) -> Vec<usize>
     chosen
 }
 
-/// Columns that are not exactly dependent, in the order of choice, and of every column the part of its length that those
-/// chosen before it leave.
-fn independent(columns: &Columns, about: &[Column]) -> (Vec<usize>, Vec<f64>) {
+/// As [`independent`], where no parameter of the robot stands for another of which it would have to move by many more tolerances.
+fn by_tolerance(columns: &Columns, about: &[Column]) -> (Vec<usize>, Vec<f64>) {
+    let mut is_given_up = vec![false; about.len()];
+    let (mut chosen, mut remainder) = independent(columns, about, &is_given_up);
+    // Each exchange gives one up for good.
+    while let Some(given_up) = exchanged(columns, about, (&chosen, &remainder), &is_given_up) {
+        is_given_up[given_up] = true;
+        (chosen, remainder) = independent(columns, about, &is_given_up);
+    }
+    (chosen, remainder)
+}
+
+/// The chosen parameter of the robot that would have to move by most tolerances to stand for one that is exactly dependent and
+/// was not given up; `None` where none would by many.
+fn exchanged(
+    columns: &Columns,
+    about: &[Column],
+    (chosen, remainder): (&[usize], &[f64]),
+    is_given_up: &[bool],
+) -> Option<usize> {
+    let is_robots =
+        |j: usize| !about[j].first && !about[j].held && about[j].tolerance > 0.0 && about[j].tolerance.is_finite();
+    let is_merged = |&j: &usize| is_robots(j) && !columns.is_zero(j) && !is_given_up[j] && !chosen.contains(&j);
+    let merged: Vec<usize> = (0..about.len()).filter(is_merged).collect();
+    if merged.is_empty() || chosen.is_empty() {
+        return None;
+    }
+    let factors = PivotedQr::new(columns.choose(chosen)).solve(chosen.len(), columns.choose(&merged));
+    let tolerances = |(i, &own): (usize, &usize)| {
+        let of = |(k, &other): (usize, &usize)| {
+            let moved = factors[(i, k)] * columns.scale[own] / columns.scale[other];
+            moved.abs() * about[other].tolerance / about[own].tolerance
+        };
+        (own, merged.iter().enumerate().map(of).fold(0.0, f64::max))
+    };
+    let is_plain = |(_, own): &(usize, &usize)| is_robots(**own) && remainder[**own] > PLAIN;
+    let all = chosen.iter().enumerate().filter(is_plain).map(tolerances);
+    all.filter(|(_, most)| *most > MORE_TOLERANCES).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(own, _)| own)
+}
+
+/// Columns that are not exactly dependent, but for those given up, in the order of choice, and of every column the part of its length
+/// that those chosen before it leave.
+fn independent(columns: &Columns, about: &[Column], is_given_up: &[bool]) -> (Vec<usize>, Vec<f64>) {
     let n = about.len();
     let (mut chosen, mut left) = (Vec::new(), vec![0.0; n]);
     let mut basis = DMatrix::<f64>::zeros(n, 0);
@@ -173,7 +219,7 @@ fn independent(columns: &Columns, about: &[Column]) -> (Vec<usize>, Vec<f64>) {
             Column { first: true, .. } => 1,
             _ => 2,
         };
-        let is_candidate = |&j: &usize| class_of(&about[j]) == class && !columns.is_zero(j);
+        let is_candidate = |&j: &usize| class_of(&about[j]) == class && !columns.is_zero(j) && !is_given_up[j];
         let candidates: Vec<usize> = (0..n).filter(is_candidate).collect();
         let mut biased = project_off(&columns.choose(&candidates), &basis);
         for (mut column, &candidate) in biased.column_iter_mut().zip(&candidates) {

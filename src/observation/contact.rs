@@ -43,6 +43,11 @@ impl Observation for Contact {
         Some(CONTACT_COLUMN)
     }
 
+    // The ball and what it touches are as long as they are.
+    fn is_scaled(&self) -> bool {
+        false
+    }
+
     fn value(&self, _point: &MeasuredPoint) -> Rows {
         row(0.0)
     }
@@ -79,6 +84,11 @@ impl Observation for Socket {
 
     fn target_column(&self) -> Option<&'static str> {
         Some(CONTACT_COLUMN)
+    }
+
+    // The ball and what it touches are as long as they are.
+    fn is_scaled(&self) -> bool {
+        false
     }
 
     fn holds_point(&self) -> bool {
@@ -171,6 +181,11 @@ impl Observation for Surface {
 
     fn target_column(&self) -> Option<&'static str> {
         Some(CONTACT_COLUMN)
+    }
+
+    // The ball and what it touches are as long as they are.
+    fn is_scaled(&self) -> bool {
+        false
     }
 
     fn is_on_face(&self) -> bool {

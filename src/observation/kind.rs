@@ -300,6 +300,11 @@ pub trait Observation: Sync {
         false
     }
 
+    /// Whether its lengths are the instrument's, as an unknown scale of which shows them: not where nothing is measured.
+    fn is_scaled(&self) -> bool {
+        true
+    }
+
     /// Whether it holds both position and orientation of the tool.
     fn holds_pose(&self) -> bool {
         let blank = [0.0; MOST_ROWS];

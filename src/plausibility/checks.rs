@@ -4,6 +4,7 @@ use super::evidence::{Evidence, Limits};
 use super::{
     amount, approach, beyond, common_factor, constraints, deflections, instrument, midway, nearer, numerics,
     other_joints, outlying, parameters, payload, placement, points, readings, sessions, springs, stated_noise, torques,
+    unfitted_springs,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
@@ -82,6 +83,8 @@ checks! {
             "with a base or a tool of its own for each session calibration leaves as much as without",
         other_joints::as_declared: [OtherJoints]
             "with the other column of each joint (commanded for recorded) calibration leaves as much",
+        unfitted_springs::are_as_declared: [Misread]
+            "with the springs that the description declares calibration leaves as much as without",
         payload::as_declared: [WrongUnits, Misread]
             "with the payload's mass or centre in another unit, its centre on the other side, or two payloads exchanged, calibration leaves as much",
         readings::describes_the_readings: [UnlikeDescription]

@@ -40,10 +40,12 @@ mod step;
 mod torques;
 mod trial;
 mod turned;
+mod unfitted_springs;
 mod words;
 
 pub use checks::{CHECKS, Check, forced, judge, judge_result, misread, refusing, reported_once, why_not_computed};
 pub use compensator::{of_compliances, of_elasticity, of_mounting};
 pub use diagnosis::doubts;
 pub use evidence::{Evidence, Limits};
+pub use outlying::far_when_registered;
 pub use springs::as_stiff_as_arms;

@@ -13,14 +13,15 @@ use nalgebra::{DMatrix, DVector};
 use super::evidence::{Evidence, Limits};
 use super::fitted::Fitted;
 use super::shown::{mm, unit_of};
-use super::trial::{Trials, errors, is_of_torques, lever, searching};
+use super::trial::{Trials, errors, is_of_torques, lever, noise, searching};
 use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::{Calibration, Settings, calibrate, registered};
+use crate::estimation::{Calibration, Settings, calibrate, least_median, registered};
 use crate::least_squares::Loss;
 use crate::math::{median, orthonormal, quantiles::f_tail};
+use crate::model::Model;
 use crate::observation::Rows;
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::{Linearised, Predictor, residuals};
 
 /// Rounds of registration in which readings are left out.
 const ROUNDS: usize = 6;
@@ -58,6 +59,40 @@ pub(super) fn before(evidence: &Evidence, limits: &Limits, allowed: f64) -> Opti
     let wrong: Vec<usize> = (0..count).filter(|&k| last[k] > limits.hopeless * middle.max(allowed)).collect();
     let is_few = !wrong.is_empty() && wrong.len() as f64 <= limits.wrong_share * count as f64;
     (is_few && middle <= limits.far * allowed).then(|| described(evidence, &wrong, &|k| last[k], middle))
+}
+
+/// Greatest share of readings that a registration may leave out: half of them must be right.
+const MOST_WRONG: f64 = 0.4;
+
+/// Readings that are far from the others where base and tool are those of the better half ([`least_median`]), and what is said of them.
+/// A fit by least squares bends to them, and hides them.
+pub fn far_when_registered(model: &Model, campaign: &Campaign, seed: u64) -> Option<(Vec<usize>, Diagnostic)> {
+    let limits = Limits::default();
+    let settings = searching(campaign, &limits);
+    let values = least_median(model, campaign, &model.registry.nominal(), &settings, seed).ok()??;
+    let residual = residuals(model, campaign, &values).ok()?;
+    let size: Vec<f64> = errors(campaign, &residual, &limits).collect();
+    let middle = median(&mut size.clone())?;
+    let floor = limits.outlying * (size.len() as f64).cbrt() * middle.max(noise(campaign));
+    let wrong: Vec<usize> = (0..size.len()).filter(|&k| size[k] > floor).collect();
+    // Where half of a session's or of a marker's are far off, it is not single readings that are wrong.
+    let of = |k: usize| (campaign.readings[k].session, campaign.readings[k].marker);
+    let is_of_part = |&k: &usize| {
+        let all = (0..size.len()).filter(|&other| of(other) == of(k)).count();
+        2 * wrong.iter().filter(|&&other| of(other) == of(k)).count() >= all
+    };
+    let is_few =
+        !wrong.is_empty() && wrong.len() as f64 <= MOST_WRONG * size.len() as f64 && !wrong.iter().any(is_of_part);
+    let evidence = Evidence::of(model, campaign);
+    is_few.then(|| {
+        let diagnostic = described(&evidence, &wrong, &|k| size[k], middle);
+        (
+            wrong,
+            diagnostic.remedy(
+                "they are left out here: correct or delete those rows; with `--loss squares` all readings count alike",
+            ),
+        )
+    })
 }
 
 /// How the error of one reading is shown, as [`unit_of`]: among readings of lengths a torque or an orientation alone in its own unit.

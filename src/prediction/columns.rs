@@ -127,7 +127,7 @@ impl Columns {
             base: model.base_slot(session),
             point: model.point_slot(at.point.marker, session),
             tool: model.tool_slot(session) + 3,
-            scale: model.scale_slot(session),
+            scale: at.scale_slot(),
             targets: model.target_values(at.reading().target),
         };
         let base = at.base();

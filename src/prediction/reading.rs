@@ -42,10 +42,15 @@ impl ReadingAt<'_> {
         geometry.placement(geometry.model.base_slot(self.point.session))
     }
 
+    /// Slot of the scale of the instrument, where it is unknown and in the reading.
+    pub fn scale_slot(&self) -> Option<Slot> {
+        let of_instrument = self.mechanics.geometry.model.scale_slot(self.point.session);
+        of_instrument.filter(|_| self.reading().observes.is_scaled())
+    }
+
     /// What the instrument shows of a length of one.
     pub fn scale(&self) -> f64 {
-        let geometry = &self.mechanics.geometry;
-        geometry.model.scale_slot(self.point.session).map_or(1.0, |slot| 1.0 + geometry.values()[slot])
+        self.scale_slot().map_or(1.0, |slot| 1.0 + self.mechanics.geometry.values()[slot])
     }
 
     /// Values of what the reading refers to.

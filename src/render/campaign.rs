@@ -70,6 +70,7 @@ fn order(found: &CampaignCheck) -> &'static str {
     match found.order.by {
         "order" => "the column `order`",
         "time" => "the column `time`",
+        "time-and-rows" => "the column `time`, and the rows of the files where configurations have the same time",
         "stated-rows" => "the rows of the files, as `order: rows` says",
         "unknown" => "not known, as `order: unknown` says",
         _ => "the rows of the files, since nothing says another (a column `order` or `time`, or `order: unknown`)",

@@ -34,12 +34,14 @@ impl ReadingOrder {
     pub fn new(campaign: &Campaign) -> Self {
         let by = match campaign.conditions.order {
             OrderBy::Rows => "rows",
+            OrderBy::TimesAndRows => "time-and-rows",
             OrderBy::StatedRows => "stated-rows",
             OrderBy::Unknown => "unknown",
             OrderBy::Times => "time",
             OrderBy::Numbers => "order",
         };
-        Self { by, stated: campaign.conditions.order != OrderBy::Rows }
+        let by_rows = matches!(campaign.conditions.order, OrderBy::Rows | OrderBy::TimesAndRows);
+        Self { by, stated: !by_rows }
     }
 }
 

@@ -472,6 +472,56 @@ fn a_dead_zone_is_no_joint_that_winds_up() {
     assert!(named.iter().any(|(_, site, _)| *site == "joint:3"), "{named:?}");
 }
 
+/// A joint whose friction holds the flank of the approach until the load overcomes it, as sharply as friction does: no compliance.
+#[test]
+fn lost_motion_that_the_load_overcomes_is_no_compliance() {
+    const FRICTION: f64 = 900.0;
+    struct LostMotion;
+    impl Effect for LostMotion {
+        fn name(&self) -> &'static str {
+            "lost-motion"
+        }
+        fn sits_at(&self) -> SiteKind {
+            SiteKind::Joint
+        }
+        fn signature(&self) -> &'static str {
+            ""
+        }
+        fn remedy(&self) -> &'static str {
+            ""
+        }
+        fn parameters(&self, _: &Model, _: &Site, _: &Nonlinear) -> Vec<EffectParameter> {
+            vec![EffectParameter::new("half", "rad", 1e-4)]
+        }
+        fn changes(&self, _: &Model, site: &Site, _: &Nonlinear) -> Changes {
+            let own = site.coordinate.expect("a driven joint");
+            Arc::new(move |context, out| {
+                let load = context.load[own];
+                let flank = if load.abs() > FRICTION { load.signum() } else { context.side[own] };
+                out.push((0, Change::Joint(own, flank)));
+            })
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let plain = load_robot(&heavy_kr270(folder.path(), KR270_MASSES)).expect("a robot").model;
+    let mut spoiled = Model { catalogue: Arc::new(Catalogue::standard().with(LostMotion)), ..plain.clone() };
+    switch_on(&mut spoiled, "lost-motion", "joint:3", &[("half", 4e-4)]);
+    let found = diagnosed(&plain, &read(&plain, &spoiled, 0.7));
+    let said: Vec<String> =
+        found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
+    let [cause] = &found.causes[..] else { panic!("{said:?}") };
+    assert_eq!(
+        (cause.effect.as_str(), cause.site.as_str(), cause.level),
+        ("backlash", "joint:3", Level::Law),
+        "{said:?}"
+    );
+    assert_eq!(cause.family, elastogeo::effects::Family::History);
+    let by = cause.parameters.iter().find(|own| own.name == "by").map(|own| own.value.clone());
+    let at = cause.parameters.iter().find(|own| own.name == "overcome_at").and_then(|own| own.value.number());
+    assert_eq!(by, Some(RawAmount::from("friction")));
+    assert!(at.is_some_and(|at| (at / FRICTION - 1.0).abs() < 0.2), "{at:?}");
+}
+
 /// A lag that grows a little less than the move is that of a joint read before it has come to rest, though a curve comes nearer; one that hardly grows
 /// with the move is another law.
 #[test]

@@ -95,6 +95,7 @@ mod robots;
 mod scene;
 mod shown_noise;
 mod since;
+mod small_levers;
 mod stated_evidence;
 mod strip_yield;
 mod structures;

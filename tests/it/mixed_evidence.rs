@@ -385,3 +385,40 @@ fn orders_and_contacts_that_cannot_be_are_refused() {
     refused("{kind: socket, radius: 5}", &["c.yaml:4:", "a socket holds"]);
     refused("{kind: plane, normal: [0, 0, 2], radius: 5}", &[]);
 }
+
+/// A tracker whose scale is unknown, and a ball in two sockets whose distance is known: the distance is no reading of the tracker, and gives the
+/// arm its size.
+#[test]
+fn a_known_distance_of_sockets_holds_the_scale_of_a_tracker() {
+    let campaign = "instrument: {sigma: 0.02}
+calibrate: [geometry, joint-offset]
+estimate: {base: true, tool: true}
+contacts: {s1: {kind: socket}, s2: {kind: socket, near: [700, 300, 200]}}
+distances: {s1-s2: 400}
+measurements:
+- {file: a.csv, observes: position}
+- {file: b.csv, observes: contact}
+";
+    let folder = simulated(campaign, &["--seed", "3"]);
+    let path = folder.path().join("made/measurements-1.csv");
+    let text = std::fs::read_to_string(&path).expect("text");
+    let header: Vec<&str> = text.lines().next().expect("a header").split(',').collect();
+    let at = ["x", "y", "z"].map(|name| header.iter().position(|own| *own == name).expect("a column"));
+    let scaled = text.lines().enumerate().map(|(row, line)| {
+        let mut cells: Vec<String> = line.split(',').map(String::from).collect();
+        for k in at.iter().filter(|_| row > 0) {
+            cells[*k] = (1.0005 * cells[*k].parse::<f64>().expect("a number")).to_string();
+        }
+        cells.join(",") + "\n"
+    });
+    std::fs::write(&path, scaled.collect::<String>()).expect("written");
+    let file = folder.path().join("made/campaign.yaml");
+    let text = std::fs::read_to_string(&file).expect("text");
+    std::fs::write(&file, text.replace("  tool: true\n", "  tool: true\n  scale: true\n")).expect("written");
+    let found = result(folder.path(), &["identify", "made"]);
+    let all = found["parameters"].as_array().expect("parameters");
+    let scale = all.iter().find(|own| own["name"] == "scale").expect("the scale");
+    let [value, ci95] = ["value", "ci95"].map(|key| scale[key].as_f64().expect("a number"));
+    assert!((value - 5e-4).abs() < 1.5 * ci95 && ci95 < 2e-4, "{value} +- {ci95}");
+    assert!((0.7..1.3).contains(&noise_ratio(&found)));
+}

@@ -126,7 +126,9 @@ pub(super) fn other(name: &str, campaign: &str, ours: &LoadedCampaign, session: 
         return refuse(format!("its variables are {theirs}, those of the campaign's robot {ours}"));
     }
     let read = ours.campaign.readings.iter().filter_map(|reading| Some(&model.markers[reading.marker?].name));
-    if let Some(marker) = read.into_iter().find(|marker| theirs.marker(marker).is_none()) {
+    // What is read of a body goes by the body's name.
+    let is_lacking = |marker: &String| theirs.marker(marker).is_none() && theirs.frame(marker).is_none();
+    if let Some(marker) = read.into_iter().find(|marker| is_lacking(marker)) {
         return refuse(format!("it has no marker `{marker}`, which the campaign reads"));
     }
     Ok(Other { name: name.into(), loaded: session.reader.campaign(campaign, Some(name))? })

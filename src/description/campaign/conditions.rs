@@ -84,6 +84,8 @@ pub enum OrderBy {
     StatedRows,
     /// Nothing: rows have been sorted or mixed since, as the campaign states (`order: unknown`).
     Unknown,
+    /// Times, some of which two configurations of a session have in common: these by their rows.
+    TimesAndRows,
     /// Times that tell every configuration of a session from the others.
     Times,
     /// The numbers in the column `order`.
@@ -98,7 +100,7 @@ impl Conditions {
 
     /// Whether numbers, times or the campaign say so, and not their rows alone.
     pub fn is_order_stated(&self) -> bool {
-        !matches!(self.order, OrderBy::Rows | OrderBy::Unknown)
+        !matches!(self.order, OrderBy::Rows | OrderBy::TimesAndRows | OrderBy::Unknown)
     }
 
     /// What is given, in the order of reports and files.

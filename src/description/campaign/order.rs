@@ -79,6 +79,8 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>], stated: O
         OrderBy::StatedRows
     } else if are_told_apart_by_times(campaign) {
         OrderBy::Times
+    } else if campaign.conditions.time.as_ref().is_some_and(|times| times.iter().any(|time| time.is_finite())) {
+        OrderBy::TimesAndRows
     } else {
         OrderBy::Rows
     };

@@ -194,7 +194,9 @@ impl Header {
             .filter(|(names, _)| is_wanted && !is_numbered && !names.iter().any(|name| layout.expects(name)));
         // Components that are called as joints are: nobody can say which is which.
         let is_renamed = NUMBERED.iter().any(|name| layout.rename.contains_key(*name));
+        let is_declared_whole = wanted.iter().all(|name| layout.rename.contains_key(*name));
         let clash = is_wanted
+            && !is_declared_whole
             && has_all(&NUMBERED)
             && (wanted == VECTOR && twice(titles, &NUMBERED[1..]) || (wanted == VECTOR || is_declared) && is_renamed);
         if let Some(field) = titles.iter().position(|title| title == NUMBERED[0]).filter(|_| clash) {
