@@ -104,11 +104,11 @@ fn judged(
     let left = noise.unwrap_or_else(|| (fit.squares / freedom).sqrt());
     let tests = Tests { blocks: &blocks, noise: left, readings, members: &members };
     let claims = claimed(forward, causes, sharp.as_deref(), &tests, |cause| great.contains(cause));
-    sifted(forward, claims, &tests, settings)
+    screened(forward, claims, &tests, settings)
 }
 
 /// The claims that stand together, laws that do not replaced by curves or families; and curves of what they leave.
-fn sifted(forward: &Forward, claims: Vec<Claim>, tests: &Tests, settings: &Settings) -> Vec<Claim> {
+fn screened(forward: &Forward, claims: Vec<Claim>, tests: &Tests, settings: &Settings) -> Vec<Claim> {
     let hypotheses = &forward.problem.hypotheses;
     let mut claims = without_held(hypotheses, claims);
     claims = without_series(forward, claims, settings);

@@ -112,7 +112,7 @@ impl Compared<'_> {
         let (hypotheses, settings) = (&self.forward.problem.hypotheses, self.forward.settings);
         let is_moment = |&h: &usize| {
             let one = &hypotheses[h];
-            one.is_same(&hypotheses[own]) && one.family() == Family::Time && one.nonlinear.moment().is_some()
+            one.is_same(&hypotheses[own]) && one.family() == Family::Time && one.nonlinear.time_of_change().is_some()
         };
         if !is_moment(&own) {
             return false;

@@ -57,12 +57,13 @@ pub fn not_tried(model: &Model, survey: &Survey, hypotheses: &[Hypothesis], know
 pub fn excluded(campaign: &Campaign, gap: f64, is_fixed: bool, hypotheses: &mut Vec<Hypothesis>) -> Vec<Excluded> {
     let motion = reference_noise(&campaign.references).and_then(|seen| seen.motion);
     let is_still = |motion: &Motion| motion.rms < OF_GAP * gap && (is_fixed || motion.p > CHANCE);
-    let Some(motion) = motion.filter(is_still) else { return Vec::new() };
+    let on_base = !campaign.references.beside_base;
+    let Some(motion) = motion.filter(|motion| on_base && is_still(motion)) else { return Vec::new() };
     let [rms, greatest, gap] = [motion.rms, motion.greatest, gap].map(|length| 1e3 * length);
     let seen = if motion.p > CHANCE { "stood still within their scatter," } else { "moved by" };
     let by = format!(
-        "fixed reflectors {seen} {rms:.4} mm (rms, at most {greatest:.4} mm); the gap is {gap:.4} mm; reflectors beside the robot, and not on \
-         its base, do not show that it moved on its mount: without `references:` that is tried"
+        "fixed reflectors {seen} {rms:.4} mm (rms, at most {greatest:.4} mm); the gap is {gap:.4} mm; if they stand beside the robot and not on \
+         its base, declare `on: pedestal`"
     );
     let mut found: Vec<Excluded> = Vec::new();
     for hypothesis in hypotheses.iter().filter(|hypothesis| moves_base(hypothesis)) {
@@ -79,7 +80,7 @@ pub fn excluded(campaign: &Campaign, gap: f64, is_fixed: bool, hypotheses: &mut 
 /// leaves.
 pub fn moves_too_far(campaign: &Campaign, problem: &LinearProblem, claims: &[Claim], gap: f64) -> bool {
     let members: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
-    if !members.iter().any(|&h| moves_base(&problem.hypotheses[h])) {
+    if campaign.references.beside_base || !members.iter().any(|&h| moves_base(&problem.hypotheses[h])) {
         return false;
     }
     let Some(motion) = reference_noise(&campaign.references).and_then(|seen| seen.motion) else { return false };

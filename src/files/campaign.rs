@@ -11,7 +11,7 @@ use super::readings::{Asked, read};
 use super::robot::{LoadedRobot, Without, find_robot, kept, read_robot};
 use super::schema_line::name_schema;
 use super::tables::{Files, Made, check_table_files, tables, unopened};
-use crate::description::campaign::raw::{RawCampaign, RawEntry};
+use crate::description::campaign::raw::{RawCampaign, RawEntry, StandsOn};
 use crate::description::campaign::{self, Campaign, Configuration, References, Sharing};
 use crate::description::limits::READINGS;
 use crate::description::table::Table;
@@ -262,6 +262,7 @@ fn references(
             units: &units,
             entry: &entry,
         };
+        found.beside_base |= entry.on == Some(StandsOn::Pedestal);
         let file = place.next_to(&entry.file);
         let table = match open(reader, &file) {
             Ok(bytes) => read(&asked, vec![(file.name(), bytes)]),

@@ -1,4 +1,4 @@
-//! Third age of a robot: an immutable model, compiled from a resolved description.
+//! The compiled robot: an immutable model, made of a resolved description.
 //!
 //! The model holds structure (tree, what moves each joint, loops, order of evaluation) and the parameter registry; it
 //! holds no values but nominal ones. Values travel next to it as one vector by slot.

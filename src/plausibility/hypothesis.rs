@@ -231,6 +231,13 @@ impl Hypothesis {
             .collect()
     }
 
+    /// One joint that counts the other way and has its zero quarter turns off, as an angle that is measured from the vertical and not from the
+    /// horizontal.
+    pub fn counted_from_elsewhere(model: &Model) -> Vec<Vec<Self>> {
+        let angles = (0..model.variables.len()).filter(|&k| model.variables[k].is_angle);
+        angles.flat_map(|k| [1, 2, 3].map(|quarters| vec![Self::Negated(k), Self::QuarterTurns(k, quarters)])).collect()
+    }
+
     /// Changes a campaign and the description's values so.
     pub fn apply(&self, model: &Model, campaign: &mut Campaign, values: &mut [f64]) {
         match *self {

@@ -81,7 +81,8 @@ fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step
     let step = bodies.chain(zeros).min_by(|a, b| merit(a).total_cmp(&merit(b)))?;
     // Fixed reflectors that moved by less say that instrument and base stood still.
     let moved = reference_noise(&campaign.references).and_then(|seen| seen.motion).map(|motion| motion.greatest);
-    if step.what == What::Instrument && moved.is_some_and(|moved| moved < limits.reference_step * step.by) {
+    let on_base = !campaign.references.beside_base;
+    if step.what == What::Instrument && on_base && moved.is_some_and(|moved| moved < limits.reference_step * step.by) {
         return None;
     }
     let freedom = fit.freedom() - step.values;

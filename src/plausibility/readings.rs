@@ -10,9 +10,10 @@ use super::outlying;
 use super::shown::{both, mm, unit_of};
 use super::trial::{Trials, errors, noise, typical};
 use super::words::{Words, words_of};
-use crate::description::campaign::{NoiseOrigin, Reading};
+use crate::description::campaign::{Campaign, NoiseOrigin, Reading, Sharing, Target};
 use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::math::{distinct, median};
+use crate::observation::{ANCHOR_COLUMN, CONTACT_COLUMN};
 
 /// A way to read the files, and what a fit then leaves, m.
 pub(super) type Trial = (Vec<Hypothesis>, f64);
@@ -24,7 +25,7 @@ pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<D
     let Some(parts) = super::sessions::parts(campaign).filter(|_| !found.iter().any(is_explained)) else {
         return found;
     };
-    // What befell one session hides behind the others' readings.
+    // What is wrong in one session hides behind the others' readings.
     let of = |part: usize| {
         let own = campaign.select(|index, _| parts.of.get(index) == Some(&part));
         let poses = distinct(own.readings.iter().map(|reading| reading.pose));
@@ -142,8 +143,9 @@ fn searched(
             others.map(move |&way| vec![first, way])
         });
         let zeros = Hypothesis::two_zeros(evidence.model);
+        let elsewhere = Hypothesis::counted_from_elsewhere(evidence.model);
         let signs = signs(evidence.model.variables.len());
-        let more: Vec<Vec<Hypothesis>> = signs.into_iter().chain(pairs).chain(zeros).collect();
+        let more: Vec<Vec<Hypothesis>> = signs.into_iter().chain(pairs).chain(zeros).chain(elsewhere).collect();
         count += more.len();
         found = tried(trials, &more);
     }
@@ -302,8 +304,9 @@ fn unlike(
     let declared = distinct(evidence.campaign.readings.iter().map(|reading| reading.observes.depends_on()));
     let remedy = format!(
         "compare description and controller: lengths, zeros and senses of the joints; {}; look at some configurations by hand (`residuals`); where many readings \
-         are wrong, fit with `--loss tukey`",
-        declared.join("; ")
+         are wrong, fit with `--loss tukey`{}",
+        declared.join("; "),
+        in_several_frames(evidence.campaign).unwrap_or_default()
     );
     Some(
         diagnostic
@@ -312,6 +315,23 @@ fn unlike(
             .figure("registration_mm", 1e3 * before)
             .figure("allowed_mm", 1e3 * allowed),
     )
+}
+
+/// What to do where something that is sought in the measurement frame is read in several sessions or stations, each with a base of its own.
+fn in_several_frames(campaign: &Campaign) -> Option<String> {
+    let shared = campaign.sessions.base;
+    let part = |reading: &Reading| (shared != Sharing::All).then(|| reading.session.part(shared));
+    let is_in_several = |(index, target): &(usize, &Target)| {
+        let own = campaign.readings.iter().filter(|reading| reading.target == Some(*index));
+        let is_placed = [CONTACT_COLUMN, ANCHOR_COLUMN].contains(&target.column);
+        is_placed && target.is_estimated() && distinct(own.map(part)).len() > 1
+    };
+    let (_, target) = campaign.targets.iter().enumerate().find(is_in_several)?;
+    Some(format!(
+        "; `{}` is one place in the measurement frame, although each part of the readings has a base of its own: where the instrument moved and not the \
+         robot, it is another place in each: `group: session` of a contact, an anchor of another name",
+        target.name
+    ))
 }
 
 /// Whether so great an error is refused, or may be that of a poor description of the right robot.

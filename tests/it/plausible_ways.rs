@@ -178,7 +178,15 @@ fn joint_columns_read_otherwise_are_named() {
             t.swap(a, b);
         }
     };
-    let mistakes: [Mistake; 7] = [
+    let mistakes: [Mistake; 8] = [
+        (
+            &|t| {
+                t.scale(&["q3"], -1.0);
+                turned(t, "q3", 90.0);
+            },
+            "misread",
+            &["`q3` negated", "+90 deg added to `q3`"],
+        ),
         (&reversed, "misread", &["the joint columns in reverse order", "numbered from the tool?"]),
         (&|t| added(t, "q3", "q2", 1.0), "misread", &["`q3` replaced by `q3` - `q2`", "report the sum"]),
         (&|t| added(t, "q3", "q2", -1.0), "misread", &["`q3` replaced by `q3` + `q2`", "report the difference"]),

@@ -288,7 +288,7 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
     contacts.iter().for_each(|(change, expected)| refused(touched, *change, expected));
     let friday = MONDAY.replace("a,90", "c,90").replace("b,0", "d,0").replace("900", "901");
     let measured = [("c.yaml", SESSIONS), ("monday.csv", MONDAY), ("friday.csv", friday.as_str())];
-    let sessions: [Case; 17] = [
+    let sessions: [Case; 18] = [
         (("c.yaml", "robot", "robot"), &[]),
         (("c.yaml", "per session", "per sesion"), &["c.yaml:4:", "did you mean `per-session`?"]),
         (
@@ -302,6 +302,10 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
         (
             ("c.yaml", "session: friday", "session: friday, mount: [0, 0, 0]"),
             &["c.yaml:6:", "`body:` and `mount:` are of inclinations"],
+        ),
+        (
+            ("c.yaml", "session: friday", "session: friday, on: pedestal"),
+            &["c.yaml:6:", "`on:` says what fixed reflectors stand on"],
         ),
         (
             ("c.yaml", "position\n", "[position, torque]\n"),

@@ -87,6 +87,12 @@ pub fn faults(
             &["measurements", &number],
             locate,
         ));
+        if entry.on.is_some() {
+            let fault =
+                Diagnostic::error("`on:` says what fixed reflectors stand on, and these are readings of the robot");
+            let fault = fault.at(locate(&["measurements", &number, "on"]));
+            diagnostics.push(fault.remedy("leave it out here; under `references:` it has a meaning"));
+        }
         for (key, name) in [("session", &entry.session), ("station", &entry.station)] {
             let fault = name.as_deref().and_then(|name| no_name(key, name));
             diagnostics.extend(fault.map(|fault| fault.at(locate(&["measurements", &number, key]))));

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub use super::raw_certificate::RawCertificate;
 pub use super::raw_files::{Format, PointField, RawCsv, RawPoints};
 pub use super::raw_instrument::{RawInstrument, RawSigma};
-pub use super::raw_measurements::{Measurements, RawEntry, RawKinds, RawSharing};
+pub use super::raw_measurements::{Measurements, RawEntry, RawKinds, RawSharing, StandsOn};
 pub use super::raw_targets::{ContactKind, OrUnknown, RawAnchor, RawContact, RawDeclaredAnchor, RawTorque, Unknown};
 use super::sessions::Sharing;
 use crate::description::raw::{RawPayload, format_version};

@@ -85,6 +85,20 @@ pub struct RawEntry {
     /// How rows of both files belong together: by the names of poses where both have them, else by order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub join: Option<Join>,
+    /// Of fixed reflectors: what they stand on; the robot's base where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub on: Option<StandsOn>,
+}
+
+/// What fixed reflectors stand on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum StandsOn {
+    /// The robot's base: they move with it against the instrument.
+    Base,
+    /// What the robot is mounted on: they show motion of the instrument, and not that of the robot on its mount.
+    Pedestal,
 }
 
 /// Files of readings: a name, an entry, or a list of them.

@@ -22,6 +22,8 @@ pub struct References {
     pub readings: Vec<ReferenceReading>,
     /// Configurations that the rows name, each once.
     pub poses: Vec<String>,
+    /// Whether some stand beside the robot and not on its base: where they stand still, it may have moved on its mount.
+    pub beside_base: bool,
     /// Rows whose session only their number (`order`) says.
     pub numbered: usize,
 }

@@ -130,7 +130,7 @@ impl Nonlinear {
     }
 
     /// The number that is taken as it is, the moment of what happens once, if there is one.
-    pub fn moment(&self) -> Option<f64> {
+    pub fn time_of_change(&self) -> Option<f64> {
         self.0.iter().find_map(|(parameter, value)| match (parameter.kind, value) {
             (NonlinearKind::Real { is_continuous: false, .. }, NonlinearValue::Real(value)) => Some(*value),
             _ => None,
