@@ -20,8 +20,8 @@ const ZERO: f64 = 1e-12;
 /// A parameter takes the place of one that would have to move by so many more of its tolerances to stand for it: a length that of an
 /// angle with a lever of millimetres, which would turn by degrees. Judgement: constants a few tolerances off are common.
 const MORE_TOLERANCES: f64 = 5.0;
-/// Part of its length from which a column shows plainly beside those chosen before it: for one that hardly does another that hardly does would
-/// come, and the fit would be no better conditioned. Judgement.
+/// Remainder from which a column counts as well determined. Exchanging a nearly dependent column brings in another one that is nearly
+/// dependent, and the fit is no better conditioned. Judgement.
 const PLAIN: f64 = 0.02;
 /// Part of a dropped column below which a kept column's share of it is not reported.
 const NEGLIGIBLE: f64 = 1e-6;

@@ -3,11 +3,12 @@
 use super::convert::can_write;
 use super::identify::{Asked, calibrated, left_to_fit, loss};
 use crate::Error;
-use crate::cli::args::{LossName, Register};
+use crate::cli::args::{LossName, Register, Robust};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
 use crate::description::campaign::{Campaign, Target};
+use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Settings, split};
 use crate::plausibility::far_when_registered;
 
@@ -32,19 +33,28 @@ pub fn run(command: &Register, session: &Session) -> Result<Output, Error> {
     }
     let settings = Settings { only: Some(Vec::new()), loss, hold: command.hold.clone(), ..Settings::default() };
     let asked = Asked { save: command.save.as_deref(), ..Asked::default() };
-    let of = |campaign: &Campaign| {
+    let of = |campaign: &Campaign, settings: &Settings| {
         let held_out = split(campaign, command.check, session.seed());
         left_to_fit(campaign, &held_out)?;
-        calibrated(session, &loaded, campaign, &held_out, &settings, &asked)
+        calibrated(session, &loaded, campaign, &held_out, settings, &asked)
     };
     // A few readings that are far off move base and tool by millimetres.
     let may_leave_out = command.robust.loss != Some(LossName::Squares);
-    match may_leave_out.then(|| far_when_registered(&loaded.robot.model, campaign, session.seed())).flatten() {
-        Some((wrong, diagnostic)) => {
-            let mut found = of(&campaign.select(|reading, _| !wrong.contains(&reading)))?;
-            found.diagnostics.push(diagnostic);
-            Ok(found)
-        }
-        None => of(campaign),
+    let far = may_leave_out.then(|| far_when_registered(&loaded.robot.model, campaign, session.seed())).flatten();
+    if let Some((wrong, diagnostic)) = far {
+        let mut found = of(&campaign.select(|reading, _| !wrong.contains(&reading)), &settings)?;
+        found.diagnostics.push(diagnostic);
+        return Ok(found);
     }
+    let found = of(campaign, &settings)?;
+    let is_far = |of: &Diagnostic| of.code == Code::OutlyingReadings;
+    if command.robust.loss.is_some() || !found.diagnostics.iter().any(is_far) {
+        return Ok(found);
+    }
+    // Contacts, anchors and sensors are estimated too, of which the better half of the readings need not hold all.
+    let robust = super::identify::loss(&Robust { loss: Some(LossName::Cauchy), ..command.robust })?;
+    let mut found = of(campaign, &Settings { loss: robust, ..settings })?;
+    let message = "readings that are far off count little here (`--loss cauchy`)";
+    found.diagnostics.push(Diagnostic::warning(message).remedy("with `--loss squares` all readings count alike"));
+    Ok(found)
 }

@@ -22,7 +22,7 @@ pub struct References {
     pub readings: Vec<ReferenceReading>,
     /// Configurations that the rows name, each once.
     pub poses: Vec<String>,
-    /// Whether some stand beside the robot and not on its base: where they stand still, it may have moved on its mount.
+    /// Whether some stand on the pedestal: where they stand still, the robot may have moved on it.
     pub beside_base: bool,
     /// Rows whose session only their number (`order`) says.
     pub numbered: usize,
