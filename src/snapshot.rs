@@ -5,6 +5,7 @@ use std::fmt::Write;
 
 use crate::description::elastic::Payload;
 use crate::description::fuzzy::{Component, Premise, Rules, Split};
+use crate::description::raw::RawValidity;
 use crate::description::robot::Robot;
 use crate::elements::{Direction, PerLength};
 use crate::identifiability::{Column, Criterion, DEFAULT_TOLERANCE, Scaling, reduce};
@@ -99,6 +100,14 @@ pub fn apart_from_model(robot: &Robot) -> String {
         }
     }
     out
+}
+
+/// The range of the readings by which a description was fitted: rad, m, N, N.m, kg, s; temperatures as the campaign had them.
+pub fn range_of(validity: &RawValidity) -> String {
+    let of = |what: &str, range: &[f64; 2]| format!("valid {what}: {}\n", digits(range, 0.0));
+    let joints = validity.joints.iter().chain(&validity.loads).map(|(name, range)| of(name, range));
+    let noted = [("time", validity.time), ("temperature", validity.temperature)];
+    joints.chain(noted.into_iter().filter_map(|(name, range)| Some(of(name, &range?)))).collect()
 }
 
 /// How the tool gives at the sample configurations: by a unit of each load there, and under own weight. Nothing of a rigid

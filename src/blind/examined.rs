@@ -4,11 +4,8 @@ use serde::Serialize;
 
 use super::examine::{Answer, Named};
 use super::tied::Signals;
-use super::truth::{Truth, TruthCause};
+use super::truth::{Kind, Truth, TruthCause};
 use crate::prediction::PredictionError;
-
-/// Kind of a campaign that was diagnosed with its true effect taken out of the catalogue.
-pub const LEFT_OUT: &str = "left-out";
 
 /// What the diagnosis found in one campaign, and how it does on a fresh one.
 #[derive(Debug, Clone, Serialize)]
@@ -54,18 +51,18 @@ impl Answer {
 
     /// Opens the truth of a campaign that was diagnosed with its true effect taken out of the catalogue.
     pub fn open_left_out(self, truth: Truth) -> Examined {
-        self.open(Truth { kind: LEFT_OUT.into(), ..truth })
+        self.open(Truth { kind: Kind::LeftOut, ..truth })
     }
 }
 
 impl Examined {
     /// True causes that the catalogue has.
     fn known(&self) -> &[TruthCause] {
-        match self.truth.kind.as_str() {
-            "unknown" | "trap" | LEFT_OUT => &[],
+        match self.truth.kind {
+            Kind::Unknown | Kind::Trap | Kind::LeftOut => &[],
             // The first is known, the second is not.
-            "mixture" => self.truth.causes.get(..1).unwrap_or_default(),
-            _ => &self.truth.causes,
+            Kind::Mixture => self.truth.causes.get(..1).unwrap_or_default(),
+            Kind::Single | Kind::Pair | Kind::Triple | Kind::Null => &self.truth.causes,
         }
     }
 
@@ -84,8 +81,8 @@ impl Examined {
 
     /// True causes that can be named: what no catalogue has goes by names that no effect has.
     fn nameable(&self) -> &[TruthCause] {
-        match self.truth.kind.as_str() {
-            "trap" | LEFT_OUT => &[],
+        match self.truth.kind {
+            Kind::Trap | Kind::LeftOut => &[],
             _ => &self.truth.causes,
         }
     }
@@ -141,13 +138,13 @@ impl Examined {
     /// what is unknown; no cause at all for nulls; open or tied where the effect was left out; readings that are not what
     /// they are said to be are refused, doubted, or nothing is named.
     pub fn is_right(&self) -> bool {
-        match self.truth.kind.as_str() {
-            "null" => self.named.is_empty() && self.verdict != "refused",
-            "unknown" => !self.has_false_name(),
-            LEFT_OUT => self.named.iter().all(|named| named.tied || self.claims_no_law(named)),
-            "mixture" => self.is_hit() && !self.has_false_name(),
-            "trap" => self.named.is_empty() || !self.doubted.is_empty(),
-            _ => self.is_hit(),
+        match self.truth.kind {
+            Kind::Null => self.named.is_empty() && self.verdict != "refused",
+            Kind::Unknown => !self.has_false_name(),
+            Kind::LeftOut => self.named.iter().all(|named| named.tied || self.claims_no_law(named)),
+            Kind::Mixture => self.is_hit() && !self.has_false_name(),
+            Kind::Trap => self.named.is_empty() || !self.doubted.is_empty(),
+            Kind::Single | Kind::Pair | Kind::Triple => self.is_hit(),
         }
     }
 

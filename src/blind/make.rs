@@ -11,44 +11,10 @@ use super::odd::Odd;
 use super::plant::Plant;
 use super::projection::{Projection, each_shows};
 use super::shapes::Shape;
-use super::truth::{Truth, TruthCause};
+use super::truth::{Kind, Truth, TruthCause};
 use crate::description::campaign::Campaign;
 use crate::model::Model;
 use crate::prediction::PredictionError;
-use crate::settings::named;
-
-named! {
-    /// What a sealed campaign hides.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-    pub enum Kind {
-        /// One effect.
-        Single "single",
-        /// Two.
-        Pair "pair",
-        /// Three.
-        Triple "triple",
-        /// None.
-        Null "null",
-        /// What no catalogue knows.
-        Unknown "unknown",
-        /// One effect, then what no catalogue knows.
-        Mixture "mixture",
-        /// None, and readings that are not what they are said to be.
-        Trap "trap",
-    }
-}
-
-impl Kind {
-    /// Number of causes.
-    fn causes(self) -> usize {
-        match self {
-            Self::Null | Self::Trap => 0,
-            Self::Single | Self::Unknown => 1,
-            Self::Pair | Self::Mixture => 2,
-            Self::Triple => 3,
-        }
-    }
-}
 
 /// A sealed campaign, its hold-out and its truth.
 #[derive(Debug, Clone)]
@@ -103,7 +69,7 @@ pub fn draw(design: &Design, name: &str, kind: Kind, random: &mut ChaCha8Rng) ->
     fresh.name = format!("{name}, afresh");
     let truth = Truth {
         name: name.into(),
-        kind: kind.name().into(),
+        kind,
         robot: design.robot.into(),
         observes: if design.is_deflection { "deflection" } else { "position" }.into(),
         noise: bench.sigma,

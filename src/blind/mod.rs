@@ -24,8 +24,8 @@ pub mod workshop;
 pub use calibrated::calibrated;
 pub use design::Design;
 pub use examine::{Answer, Named, examine, without};
-pub use examined::{Examined, LEFT_OUT};
-pub use make::{Drawn, Kind, draw};
+pub use examined::Examined;
+pub use make::{Drawn, draw};
 pub use odd::Odd;
 pub use plant::Plant;
 pub use reliability::{Bin, Rate, Rates, Reliability};
@@ -33,7 +33,7 @@ pub use score::{Class, Score, score};
 pub use shapes::Shape;
 pub use situation::Situation;
 pub use tied::Signals;
-pub use truth::{Instrument, Truth, TruthCause};
+pub use truth::{Instrument, Kind, Truth, TruthCause};
 
 use sha2::{Digest, Sha256};
 

@@ -71,14 +71,14 @@ fn sets(truth: &Truth) -> Vec<(usize, String)> {
 
 /// Rates by kind, over all and by robot and noise.
 pub fn rates(all: &[Examined]) -> Vec<Rates> {
-    let mut keys: Vec<(&str, (usize, String))> = Vec::new();
+    let mut keys: Vec<(&'static str, (usize, String))> = Vec::new();
     for Examined { truth, .. } in all {
-        keys.extend(sets(truth).into_iter().map(|set| (truth.kind.as_str(), set)));
+        keys.extend(sets(truth).into_iter().map(|set| (truth.kind.name(), set)));
     }
     keys.sort();
     keys.dedup();
     let one = |(kind, set): (&str, (usize, String))| {
-        let is_own = |one: &&Examined| one.truth.kind == kind && sets(&one.truth).contains(&set);
+        let is_own = |one: &&Examined| one.truth.kind.name() == kind && sets(&one.truth).contains(&set);
         let own: Vec<&Examined> = all.iter().filter(is_own).collect();
         let has_sites = |one: &Examined| one.is_at_site() || !one.is_hit();
         Rates {

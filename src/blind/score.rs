@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::examined::Examined;
 use super::reliability::{Rates, Reliability, rates, reliability};
+use super::truth::Kind;
 
 /// Gap over the noise that divides small from plain.
 const PLAIN: f64 = 1.5;
@@ -49,9 +50,13 @@ pub fn score(all: &[Examined]) -> Score {
     let mut confusion: IndexMap<String, IndexMap<String, usize>> = IndexMap::new();
     let mut outliers = [0; 3];
     for one in all {
-        let kind = one.truth.kind.clone();
+        let kind = one.truth.kind.name();
         let gap = if one.truth.gap < PLAIN { "below" } else { "above" };
-        let parts = if kind == "null" { vec![kind] } else { vec![kind.clone(), format!("{kind}, {gap} 1.5")] };
+        let parts = if one.truth.kind == Kind::Null {
+            vec![kind.to_string()]
+        } else {
+            vec![kind.to_string(), format!("{kind}, {gap} 1.5")]
+        };
         for part in parts {
             let class = classes.entry(part).or_default();
             class.count += 1;

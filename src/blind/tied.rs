@@ -44,7 +44,7 @@ impl<'a> Signals<'a> {
         if !fitted.is_empty() || kept.estimate_base || kept.estimate_tool {
             let asked = Settings { only: Some(fitted), ..Settings::default() };
             let found = calibrate(model, &kept, &vec![false; kept.readings.len()], &asked, &mut |_| {})?;
-            slots.extend(found.identifiability.kept.iter().map(|&column| found.slots[column]));
+            slots.extend(found.kept_slots());
             values = found.values;
         }
         let geometry = Geometry::new(model, &values).map_err(PredictionError::from)?;

@@ -2,13 +2,51 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::settings::named;
+
+named! {
+    /// What a sealed campaign hides.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Kind {
+        /// One effect.
+        Single "single",
+        /// Two.
+        Pair "pair",
+        /// Three.
+        Triple "triple",
+        /// None.
+        Null "null",
+        /// What no catalogue knows.
+        Unknown "unknown",
+        /// One effect, then what no catalogue knows.
+        Mixture "mixture",
+        /// None, and readings that are not what they are said to be.
+        Trap "trap",
+        /// One effect, diagnosed with that effect taken out of the catalogue.
+        LeftOut "left-out",
+    }
+}
+
+impl Kind {
+    /// Number of causes.
+    pub(super) fn causes(self) -> usize {
+        match self {
+            Self::Null | Self::Trap => 0,
+            Self::Single | Self::Unknown | Self::LeftOut => 1,
+            Self::Pair | Self::Mixture => 2,
+            Self::Triple => 3,
+        }
+    }
+}
+
 /// What a sealed campaign hides.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// Name of the campaign.
     pub name: String,
-    /// Kind: single, pair, triple, null, unknown, mixture, trap.
-    pub kind: String,
+    /// Kind.
+    pub kind: Kind,
     /// Robot.
     pub robot: String,
     /// What a reading is.

@@ -1,9 +1,10 @@
 //! One point: Newton's steps from the nominal commands until the prediction meets the target.
 
-use nalgebra::{Cholesky, Const, Matrix6, Vector6};
+use nalgebra::{DMatrix, Vector6};
 
 use super::{Desired, Hold, Refusal, Settings};
-use crate::kinematics::{Geometry, Transform, beyond_limits, entered};
+use crate::kinematics::{Geometry, LeastSteps, Transform, beyond_limits, entered};
+use crate::math::linear::singular_values;
 use crate::model::Model;
 use crate::prediction::{SinglePredictor, SingleWorkspace};
 
@@ -56,7 +57,7 @@ pub fn correct(
     while !met(&error) {
         let (mut share, mut remaining) = (1.0, f64::INFINITY);
         while share > 1e-2 {
-            steps.step(&held, &work.jacobian, &error, |k, step| trial[k] = q[k] + share * step);
+            steps.step(&work.jacobian, &error, |k, step| trial[k] = q[k] + share * step);
             // A trial that cannot be assembled is too long a step.
             let reached = predictor.place(&trial, work).and_then(|()| predictor.see(index, wrench, work));
             if let Ok((found, now)) = reached.map(|found| (found, held.of(&found.to(target))))
@@ -149,62 +150,45 @@ impl Held<'_> {
         turned
     }
 
+    /// What is held of the derivatives by the variables, each in its scale.
+    fn columns<'c>(
+        &'c self,
+        jacobian: &'c [[f64; 6]],
+        scales: &'c [f64],
+    ) -> impl ExactSizeIterator<Item = Vector6<f64>> + Clone + 'c {
+        jacobian.iter().zip(scales).map(|(column, scale)| self.of(&Vector6::from(*column)) * *scale)
+    }
+
     /// The same without what is not held.
     fn of(&self, motion: &Vector6<f64>) -> Vector6<f64> {
         self.hold.of_motion(self.in_its_axes(motion))
     }
 }
 
-/// Least steps that bring a motion about: J^T (J J^T)^-1, or (J^T J)^-1 J^T of robots with too few variables.
-struct Steps {
-    few: bool,
+/// Newton's steps at one configuration.
+struct Steps<'a> {
+    held: &'a Held<'a>,
     scales: Vec<f64>,
-    factor: Cholesky<f64, Const<6>>,
+    least: LeastSteps,
 }
 
-impl Steps {
-    /// Of the derivatives by the variables, with the condition number; none where a direction is lost altogether.
-    fn new(model: &Model, held: &Held, jacobian: &[[f64; 6]]) -> Option<(Self, f64)> {
-        let few = jacobian.len() < held.hold.count();
+impl<'a> Steps<'a> {
+    /// Of the derivatives by the variables, with the condition number of what is held; none where a direction is lost altogether.
+    fn new(model: &Model, held: &'a Held<'a>, jacobian: &[[f64; 6]]) -> Option<(Self, f64)> {
         let scales: Vec<f64> = (0..jacobian.len()).map(|k| scale(model, k)).collect();
-        let columns = jacobian.iter().zip(&scales).map(|(column, scale)| held.of(&Vector6::from(*column)) * *scale);
-        let mut gram = Matrix6::zeros();
-        let used = if few {
-            let columns: Vec<Vector6<f64>> = columns.collect();
-            for (i, a) in columns.iter().enumerate() {
-                for (j, b) in columns.iter().enumerate() {
-                    gram[(i, j)] = a.dot(b);
-                }
-            }
-            (0..6).map(|k| k < columns.len()).collect::<Vec<bool>>()
-        } else {
-            columns.for_each(|column| gram += column * column.transpose());
-            held.hold.0.to_vec()
-        };
-        let greatest = gram.symmetric_eigenvalues().max();
-        if !(greatest > 0.0 && greatest.is_finite()) {
-            return None;
-        }
-        for (k, _) in used.iter().enumerate().filter(|(_, used)| !**used) {
-            gram[(k, k)] = greatest;
-        }
-        let least = gram.symmetric_eigenvalues().min();
-        let condition = if least > 0.0 { (greatest / least).sqrt() } else { f64::INFINITY };
-        Some((Self { few, scales, factor: gram.cholesky()? }, condition))
+        let columns = held.columns(jacobian, &scales);
+        let rows: Vec<usize> = (0..6).filter(|&row| held.hold.0[row]).collect();
+        let all: Vec<Vector6<f64>> = columns.clone().collect();
+        let values = singular_values(&DMatrix::from_fn(rows.len(), all.len(), |row, k| all[k][rows[row]]))?;
+        let condition = values.first()? / values.last()?;
+        let least = LeastSteps::new(columns, rows.len(), 0.0)?;
+        let is_lost = !(values[0] > 0.0 && values[0].is_finite());
+        (!is_lost).then_some((Self { held, scales, least }, condition))
     }
 
     /// The step for an error, variable by variable.
-    fn step(&self, held: &Held, jacobian: &[[f64; 6]], error: &Vector6<f64>, mut put: impl FnMut(usize, f64)) {
-        let column = |k: usize| held.of(&Vector6::from(jacobian[k])) * self.scales[k];
-        let mut right = *error;
-        if self.few {
-            right = Vector6::zeros();
-            (0..jacobian.len()).for_each(|k| right[k] = column(k).dot(error));
-        }
-        let y = self.factor.solve(&right);
-        for k in 0..jacobian.len() {
-            let step = if self.few { y[k] } else { column(k).dot(&y) };
-            put(k, step * self.scales[k]);
-        }
+    fn step(&self, jacobian: &[[f64; 6]], error: &Vector6<f64>, mut put: impl FnMut(usize, f64)) {
+        let columns = self.held.columns(jacobian, &self.scales);
+        self.least.step(columns, error, |k, step| put(k, step * self.scales[k]));
     }
 }

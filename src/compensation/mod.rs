@@ -162,7 +162,7 @@ pub enum Refusal {
         gap: f64,
     },
     /// The balance tips over.
-    #[error("the arm gives way under the process like a column that buckles: the equilibrium is not stable")]
+    #[error("the equilibrium of arm and process is not stable (buckling)")]
     Unstable,
 }
 

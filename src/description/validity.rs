@@ -3,6 +3,7 @@
 use super::campaign::Campaign;
 use super::raw::RawValidity;
 use crate::diagnostic::{Code, Diagnostic};
+use crate::math::norm;
 
 /// Share of a range by which a value may lie outside before it counts: readings never reach the ends exactly.
 const MARGIN: f64 = 0.05;
@@ -118,7 +119,7 @@ impl RawValidity {
 }
 
 fn size(wrench: &[f64; 6], first: usize) -> f64 {
-    wrench[first..first + 3].iter().map(|part| part * part).sum::<f64>().sqrt()
+    norm(&wrench[first..first + 3])
 }
 
 /// Least and greatest; `None` of nothing.

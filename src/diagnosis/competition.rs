@@ -89,10 +89,7 @@ impl Competition {
         let calibration = found.map(|(found, _)| found);
         let (values, kept, registration) = match &calibration {
             None => (model.registry.nominal(), Vec::new(), None),
-            Some(found) => {
-                let kept = found.identifiability.kept.iter().map(|&column| found.slots[column]).collect();
-                (found.values.clone(), kept, Some(found.registration.fit.distance[1]))
-            }
+            Some(found) => (found.values.clone(), found.kept_slots(), Some(found.registration.fit.distance[1])),
         };
         progress("linearising");
         let geometry = Geometry::new(model, &values).map_err(PredictionError::from)?;

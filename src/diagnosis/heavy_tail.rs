@@ -6,7 +6,7 @@
 //! Source: Lange, Little and Taylor, *Robust statistical modeling using the t distribution*, J. Am. Stat. Assoc. 84, 1989; the variance of a
 //! sample quantile by David and Nagaraja, *Order Statistics*, 2003, ch. 10.
 
-use crate::math::quantiles::{normal_quantile, t_quantile, t_tail};
+use crate::math::quantiles::{normal_quantile, t_quantile, two_sided_t};
 
 /// Probabilities of the two quantiles of sizes that are compared: half of the residuals, and nearly all.
 const QUANTILES: [f64; 2] = [0.5, 0.95];
@@ -49,7 +49,7 @@ pub fn reaches(mut sizes: Vec<f64>, farthest: f64, chance: f64) -> bool {
         if of(middle) > ratio { least = middle } else { greatest = middle }
     }
     let scale = half / t_quantile(upper[0], least);
-    count as f64 * t_tail(farthest / scale, least) > chance
+    count as f64 * two_sided_t(farthest / scale, least) > chance
 }
 
 /// Density of the standard normal distribution.

@@ -13,6 +13,7 @@ use super::forward::Forward;
 use super::held_out::Additions;
 use super::linear_problem::LinearProblem;
 use crate::math::linear::tr_mul;
+use crate::math::norm;
 use crate::math::{joined, project_off};
 
 /// Squares of a direction of what is fitted in addition, of 1, below which free errors have taken it up: far above rounding (1e-16), far
@@ -64,7 +65,7 @@ fn kept(problem: &LinearProblem, columns: &DMatrix<f64>, least: f64) -> Option<[
     }
     let amount = shape.dot(&residual) / squares;
     let scores = by_configuration(problem, &shape.component_mul(&(residual - shape * amount)));
-    Some([amount, scores.iter().map(|score| score * score).sum::<f64>().sqrt() / squares])
+    Some([amount, norm(&scores) / squares])
 }
 
 /// Columns without what others, of which some directions may be gone, take of them.

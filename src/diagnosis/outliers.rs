@@ -18,11 +18,9 @@ use super::windows::{self, LEAST};
 use crate::description::campaign::Campaign;
 use crate::effects::Family;
 use crate::estimation::{CalibrationError, errors_of};
+use crate::math::quantiles::OF_MEDIAN;
 use crate::math::{distinct, least_squares, median};
 use crate::prediction;
-
-/// Median absolute deviation of normal noise, to its sigma.
-const NORMAL: f64 = 1.4826;
 
 /// Which readings are outliers; `marked` were left out of the competition.
 pub fn outliers(competition: &Competition, marked: &[bool], settings: &OutlierSettings) -> Vec<bool> {
@@ -155,7 +153,7 @@ fn distances(competition: &Competition, marked: &[bool]) -> (Vec<f64>, f64) {
     let all = &competition.all;
     let (residual, rows) = residuals(competition, marked);
     let mut used: Vec<f64> = rows.iter().map(|&row| residual[row].abs()).collect();
-    let sigma = (NORMAL * median(&mut used).unwrap_or(0.0)).max(competition.noise.unwrap_or(0.0));
+    let sigma = (OF_MEDIAN * median(&mut used).unwrap_or(0.0)).max(competition.noise.unwrap_or(0.0));
     let mut distances = vec![0.0_f64; marked.len()];
     for (value, &reading) in residual.iter().zip(&all.reading) {
         // What is known of the arrangement is no reading, and no outlier.

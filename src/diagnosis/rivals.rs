@@ -88,7 +88,7 @@ pub fn rejected(selector: &Selector, members: &[usize], tied: &[Vec<Rival>]) -> 
         } else if members.is_empty() {
             "it explains a part, and most of the gap stays"
         } else if is_tied(h) {
-            "these readings do not tell it from a cause"
+            "not distinguishable from a named cause"
         } else {
             "the causes found do better"
         };

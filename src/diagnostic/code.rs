@@ -85,7 +85,7 @@ codes! {
     OtherJoints "other-joints",
     /// Readings are copies of others, come back in time, or have the name of another configuration.
     SuspectReadings "suspect-readings",
-    /// A few readings are far from what all others say.
+    /// A few readings are far from the fit to the others.
     OutlyingReadings "outlying-readings",
     /// What is left steps at one row: instrument, base or marker was moved.
     MovedMidway "moved-midway",

@@ -74,15 +74,12 @@ pub fn held_springs(model: &Model, campaign: &Campaign, found: &Calibration, onl
     if far_off(model, found, &settings).is_empty() {
         return Vec::new();
     }
-    let kept = |of: &Calibration| -> Vec<Slot> {
-        of.identifiability.kept.iter().filter_map(|column| of.slots.get(*column).copied()).collect()
-    };
     let Ok(other) = calibrate_as_weighed(model, campaign, &found.held_out, &settings, &mut |_| {}) else {
         return Vec::new();
     };
-    let others = if other.converged() { kept(&other) } else { return Vec::new() };
+    let others = if other.converged() { other.kept_slots() } else { return Vec::new() };
     let is_held = |slot: &Slot| model.registry[*slot].group == Group::Elastic && !others.contains(slot);
-    kept(found).into_iter().filter(is_held).collect()
+    found.kept_slots().into_iter().filter(is_held).collect()
 }
 
 /// Standard deviation of the logarithm of a declared spring: data sheets, sections of beams and springs of like robots tell it to a

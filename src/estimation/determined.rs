@@ -114,7 +114,7 @@ pub fn run_away(model: &Model, campaign: &Campaign, found: &Calibration) -> Vec<
     if far.is_empty() {
         return Vec::new();
     }
-    let fitted = campaign.select(|index, _| !found.held_out.get(index).copied().unwrap_or(false));
+    let fitted = found.fitted(campaign);
     let seen = Predictor::new(model, &fitted, found.slots.clone()).and_then(|predictor| {
         reduced(&predictor, &found.values, &row_sigmas(&fitted), &[], Scaling::Norm, by_noise(campaign, found))
     });

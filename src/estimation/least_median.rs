@@ -15,7 +15,7 @@ use super::problem::row_sigmas;
 use super::registration::{arrangement, registered};
 use super::settings::RegistrationSettings;
 use crate::description::campaign::{Campaign, Target};
-use crate::math::median;
+use crate::math::{median, norm};
 use crate::model::Model;
 use crate::prediction::{PredictionError, residuals};
 
@@ -92,6 +92,5 @@ fn sizes(model: &Model, campaign: &Campaign, values: &[f64]) -> Result<Vec<f64>,
     let residual = residuals(model, campaign, values)?;
     let sigmas = row_sigmas(campaign);
     let in_sigmas: Vec<f64> = residual.iter().zip(&sigmas).map(|(row, sigma)| row / sigma).collect();
-    let size = |rows: &[f64]| rows.iter().map(|row| row * row).sum::<f64>().sqrt();
-    Ok(campaign.by_reading(&in_sigmas, 1).map(|(_, rows)| size(rows)).collect())
+    Ok(campaign.by_reading(&in_sigmas, 1).map(|(_, rows)| norm(rows)).collect())
 }

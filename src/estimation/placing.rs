@@ -51,7 +51,7 @@ pub fn placed(group: &Group, values: &mut [f64], settings: &RegistrationSettings
     // The finalists on all readings: a subset may prefer another.
     let all = Rigid::new(group, values, usize::MAX);
     let last = |(_, x, rotation): (f64, Vec<f64>, Rotation3<f64>)| {
-        Rigid { rotation, ..all.clone() }.refined(&x, settings.last_iterations)
+        Rigid { rotation, ..all.clone() }.minimized(&x, settings.last_iterations)
     };
     let best = ends.into_iter().filter_map(last).min_by(|a, b| a.0.total_cmp(&b.0));
     if let Some((_, x, rotation)) = best {
@@ -175,10 +175,9 @@ impl<'a> Rigid<'a> {
         for k in 0..6 {
             let mut from = middle;
             from[k / 2] += if k % 2 == 0 { size } else { -size };
-            let (cost, point) = met(&spheres, from, settings.iterations);
-            if found.iter().all(|(_, known)| (known - point).norm() > 0.01 * size) {
-                found.push((cost, point));
-            }
+            let end = Spheres(&spheres).meet(from, settings.iterations);
+            let is_new = |point: &Vector3<f64>| found.iter().all(|(_, known)| (known - point).norm() > 0.01 * size);
+            found.extend(end.filter(|(_, point)| is_new(point)));
         }
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         found.truncate(2);
@@ -230,11 +229,7 @@ impl<'a> Rigid<'a> {
         self.minimized(&start, most)
     }
 
-    /// The same from unknowns, to the end.
-    fn refined(&self, start: &[f64], most: usize) -> Option<(f64, Vec<f64>, Rotation3<f64>)> {
-        self.minimized(start, most)
-    }
-
+    /// The same from unknowns.
     fn minimized(&self, start: &[f64], most: usize) -> Option<(f64, Vec<f64>, Rotation3<f64>)> {
         let limits = least_squares::Settings {
             max_iterations: most,
@@ -348,25 +343,43 @@ fn rotations() -> Vec<Rotation3<f64>> {
     faces.flat_map(|face| (0..4).map(move |k| face * about(Vector3::z(), k))).collect()
 }
 
-/// Cost and point at which spheres meet best, by Gauss-Newton from a point.
-fn met(spheres: &[(Vector3<f64>, f64)], from: Vector3<f64>, most: usize) -> (f64, Vector3<f64>) {
-    let mut point = from;
-    let gap = |point: &Vector3<f64>| -> f64 { spheres.iter().map(|(c, r)| ((point - c).norm() - r).powi(2)).sum() };
-    for _ in 0..most {
-        let (mut normal, mut right) = (Matrix3::identity() * 1e-6, Vector3::zeros());
-        for (centre, radius) in spheres {
-            let arm = point - centre;
-            let along = arm / arm.norm().max(f64::MIN_POSITIVE);
-            normal += along * along.transpose();
-            right += along * (radius - arm.norm());
-        }
-        let Some(step) = normal.try_inverse().map(|inverse| inverse * right) else { break };
-        point += step;
-        if step.norm() < 1e-9 {
-            break;
-        }
+/// Spheres, by centre and radius (m): the point where they meet is sought.
+struct Spheres<'a>(&'a [(Vector3<f64>, f64)]);
+
+impl Spheres<'_> {
+    /// Cost and point at which they meet best, from a point.
+    fn meet(&self, from: Vector3<f64>, most: usize) -> Option<(f64, Vector3<f64>)> {
+        let limits = least_squares::Settings { max_iterations: most, ..least_squares::Settings::default() };
+        let end = least_squares::minimize(self, from.as_slice(), &Bounds::none(3), &limits).ok()?;
+        end.cost.is_finite().then(|| (end.cost, Vector3::from_column_slice(&end.x)))
     }
-    (gap(&point), point)
+}
+
+impl Problem for Spheres<'_> {
+    fn parameters(&self) -> usize {
+        3
+    }
+
+    fn residuals(&self) -> usize {
+        self.0.len()
+    }
+
+    fn evaluate(
+        &self,
+        x: &[f64],
+        residual: &mut DVector<f64>,
+        mut jacobian: Option<&mut DMatrix<f64>>,
+    ) -> Result<(), EvaluationError> {
+        for (row, (centre, radius)) in self.0.iter().enumerate() {
+            let arm = Vector3::from_column_slice(x) - centre;
+            residual[row] = arm.norm() - radius;
+            if let Some(jacobian) = jacobian.as_deref_mut() {
+                let along = arm / arm.norm().max(f64::MIN_POSITIVE);
+                (0..3).for_each(|k| jacobian[(row, k)] = along[k]);
+            }
+        }
+        Ok(())
+    }
 }
 
 fn at(values: &[f64], slot: Slot) -> Vector3<f64> {

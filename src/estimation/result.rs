@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::equivalence::Equivalence;
 use super::shared::SharedError;
 use super::statistics::Errors;
+use crate::description::campaign::Campaign;
 use crate::description::raw::RawFit;
 use crate::identifiability::Identifiability;
 use crate::least_squares::{Loss, Status, UsageError};
@@ -180,6 +181,21 @@ impl Calibration {
     /// Whether the fit ended at a minimum.
     pub fn converged(&self) -> bool {
         self.ending.converged()
+    }
+
+    /// The parameters that were fitted: those that the readings determine.
+    pub fn kept_slots(&self) -> Vec<Slot> {
+        self.identifiability.kept.iter().filter_map(|&column| self.slots.get(column).copied()).collect()
+    }
+
+    /// Whether a reading was held out, by its index in the campaign.
+    pub fn holds_out(&self, reading: usize) -> bool {
+        self.held_out.get(reading) == Some(&true)
+    }
+
+    /// The readings of its campaign that were fitted.
+    pub fn fitted(&self, campaign: &Campaign) -> Campaign {
+        campaign.select(|index, _| !self.holds_out(index))
     }
 }
 

@@ -13,11 +13,8 @@ use nalgebra::DVector;
 use super::problem::CampaignProblem;
 use crate::least_squares::{self, Bounds, Loss, Problem, Progress, Settings, Solution, Status, UsageError};
 use crate::math::median;
+use crate::math::quantiles::{HUBER, OF_MEDIAN};
 
-/// Median absolute deviation of normal noise, to its standard deviation.
-const NORMAL_OF_MEDIAN: f64 = 1.4826;
-/// Scale of Huber's loss in the first fit, in standard deviations: 95 % efficient on normal noise.
-const EFFICIENT: f64 = 1.345;
 /// Most turns of fit and scale. Each shrinks the scale by the bias that outliers leave, a factor of 3 or more with a fifth
 /// of the rows bad: from metres to micrometres in a dozen.
 const TURNS: usize = 40;
@@ -30,7 +27,7 @@ const TOLERANCE: f64 = 1e-8;
 
 /// Standard deviation of normal noise of which these are, by their median absolute deviation from zero; `None` of nothing.
 pub(super) fn deviation(residuals: impl Iterator<Item = f64>) -> Option<f64> {
-    median(&mut residuals.map(f64::abs).collect::<Vec<f64>>()).map(|middle| NORMAL_OF_MEDIAN * middle)
+    median(&mut residuals.map(f64::abs).collect::<Vec<f64>>()).map(|middle| OF_MEDIAN * middle)
 }
 
 /// As [`least_squares::minimize_observed`] from no change; with a robust loss by the three steps above, after which the
@@ -49,7 +46,7 @@ pub fn minimize(
     let mut residual = DVector::zeros(problem.residuals());
     if problem.evaluate(&start, &mut residual, None).is_ok() {
         let huber = Settings {
-            loss: Loss::Huber(EFFICIENT),
+            loss: Loss::Huber(HUBER),
             max_iterations: limits.max_iterations.min(ITERATIONS),
             cost_tolerance: limits.cost_tolerance.max(TOLERANCE),
             ..*limits

@@ -49,8 +49,7 @@ pub fn loss_fault(loss: Loss) -> Option<String> {
     let scale = loss.scale()?;
     let [least, greatest] = if matches!(loss, Loss::Tukey(_)) { LOSS_SCALES.1 } else { LOSS_SCALES.0 };
     let is_sound = (least..=greatest).contains(&scale);
-    (!is_sound)
-        .then(|| format!("a robust loss with the scale {scale:?} leaves no fit; from {least} to {greatest} it does"))
+    (!is_sound).then(|| format!("a robust loss with the scale {scale:?} is out of range: {least} to {greatest}"))
 }
 
 /// How readings are weighted.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::description::campaign::{Campaign, Reading};
-use crate::math::mean_rms_max;
+use crate::math::{mean_rms_max, norm};
 
 /// Errors over a set of readings, m (rad for orientations).
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -41,7 +41,6 @@ pub fn errors_of(campaign: &Campaign, residual: &[f64], among: impl Fn(usize) ->
     let load = (!loads.is_empty()).then(|| mean_rms_max(loads.iter().map(|(_, own)| own[0].abs())));
     let chosen: Vec<(usize, &[f64])> =
         placed.into_iter().map(|(reading, own)| (reading.observes.length_rows(), own)).collect();
-    let norm = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>().sqrt();
     let with_lengths = || chosen.iter().filter(|(lengths, _)| *lengths > 0).map(|(lengths, own)| &own[..*lengths]);
     let coordinate = mean_rms_max(with_lengths().flat_map(|own| own.iter().copied()));
     let turned = || chosen.iter().filter(|(lengths, own)| own.len() > *lengths);

@@ -105,7 +105,7 @@ impl<'a> Task<'a> {
             return malformed(format!("{found} marks of readings held out for {expected} readings"));
         }
         if settings.scheme != Scheme::Batch && settings.loss != Loss::Squares {
-            let message = "a robust loss needs the batch scheme; the iterative schemes of the papers know squares only";
+            let message = "a robust loss needs the batch scheme; the iterative schemes of the papers have the quadratic loss only";
             return malformed(message.into());
         }
         if settings.logarithms && settings.scheme != Scheme::Batch {

@@ -15,6 +15,7 @@ use super::result::{Calibration, CalibrationError, Comparison};
 use super::settings::{Settings, Weights};
 use crate::description::campaign::{Campaign, Reading};
 use crate::least_squares::Progress;
+use crate::math::quantiles::{HUBER, OF_MEDIAN};
 use crate::math::{least_squares, median};
 use crate::model::Model;
 use crate::prediction::Predictor;
@@ -22,7 +23,7 @@ use crate::prediction::Predictor;
 /// Most fits of the linear problem: the ratio converges linearly, slowly where one kind of rows weighs far too much at first.
 const ROUNDS: usize = 200;
 /// Scale of Huber's loss, in medians of sizes: 1.345 standard deviations.
-const HUBER: f64 = 1.345 * 1.4826;
+const HUBER_OF_MEDIAN: f64 = HUBER * OF_MEDIAN;
 /// Change of the ratio that counts as none.
 const STEADY: f64 = 1e-3;
 /// Least and greatest noise of orientations for one of lengths, rad/m: what trackers and cameras have lies within.
@@ -104,15 +105,14 @@ fn ratios(
     weight: &impl Fn(&Reading) -> [Weight; 3],
 ) -> Result<Option<[f64; 2]>, CalibrationError> {
     let fitted = campaign.select(|index, _| held_out.get(index) != Some(&true));
-    let kept = found.identifiability.kept.iter().map(|&column| found.slots[column]).collect();
+    let kept = found.kept_slots();
     let predictor = Predictor::new(model, &fitted, kept)?;
     let at_end = predictor.linearised(&found.values)?;
     let (sigmas, width) = (row_sigmas(&fitted), predictor.slots.len());
     let of_rows = |reading: &Reading| row_kinds(reading).map(|kind| weight(reading)[kind]).collect::<Vec<_>>();
     let mut weights: Vec<Weight> = fitted.readings.iter().flat_map(of_rows).collect();
     weights.resize(sigmas.len(), Weight::Other);
-    let columns = DMatrix::from_fn(sigmas.len(), width, |row, k| at_end.jacobian[row * width + k] / sigmas[row]);
-    let right = DVector::from_fn(sigmas.len(), |row, _| at_end.residual[row] / sigmas[row]);
+    let (columns, right) = at_end.whitened(&sigmas);
     let open = [Weight::Length, Weight::Angle];
     let ratio_of =
         |weight: Weight, ratios: &[f64; 2]| open.iter().position(|of| *of == weight).map_or(1.0, |k| ratios[k]);
@@ -135,7 +135,7 @@ fn ratios(
             *ratio = own / reference;
         }
         for (row, trust) in trust.iter_mut().enumerate().filter(|(row, _)| weights[*row] != Weight::Other) {
-            let scale = HUBER * reference * ratio_of(weights[row], &ratios);
+            let scale = HUBER_OF_MEDIAN * reference * ratio_of(weights[row], &ratios);
             *trust = (scale / left[row].abs().max(f64::MIN_POSITIVE)).min(1.0).sqrt();
         }
         if change < STEADY {

@@ -24,6 +24,7 @@ mod transform;
 pub use assembly_error::{AssemblyError, At, Gap};
 pub use denavit_hartenberg::{DenavitHartenberg, Link as DhLink, NoSeries, denavit_hartenberg};
 pub use geometry::{Geometry, Placements};
+pub(crate) use inverse::LeastSteps;
 pub use inverse::{Hold, InverseError, InverseSettings, Solution, Target, solve};
 pub use jacobian::{By, ErrorColumns, shift};
 pub use keep_out::{End, Entered, Link, always_entered, entered, passes_through};

@@ -149,7 +149,7 @@ impl Walk<'_> {
             pose.x += d * cosine;
             pose.y += d * sine;
             if self.slots {
-                out.slots.push((model_frame.slots[4], [self.sign * cosine, self.sign * sine, f64::NAN, 0.0, 0.0, 0.0]));
+                out.slots.push((model_frame.slots[4], [self.sign * cosine, self.sign * sine, 0.0, 0.0, 0.0, 0.0]));
             }
             if self.constants.value(model_frame.slots[3]).cos() < 0.0 {
                 pose.sense = -pose.sense;
@@ -168,15 +168,14 @@ impl Walk<'_> {
     }
 }
 
-/// Marks a turn about `pose`: its point and signed sense, to be finished when the branch's end is known.
+/// A turn about `pose`: its point and signed sense, to be finished when the branch's end is known, and its sign, which marks it.
 fn turn(pose: Pose, sign: f64) -> Column {
     [pose.x, pose.y, sign * pose.sense, sign, 0.0, 0.0]
 }
 
 fn finish(column: &mut Column, end: Pose) {
-    if column[2].is_nan() {
-        column[2] = 0.0; // a translation
-        return;
+    if column[3] == 0.0 {
+        return; // a translation
     }
     let rate = column[2];
     *column = [-rate * (end.y - column[1]), rate * (end.x - column[0]), rate, 0.0, 0.0, 0.0];

@@ -2,12 +2,12 @@
 
 /// Joint angle of a slider-crank and its derivatives.
 ///
-/// `values` are stroke zero, kappa, lambda, l1, l3 (m, rad). The law, with r = stroke + stroke zero,
+/// The five `values` are stroke zero, kappa, lambda, l1, l3 (m, rad). The law, with r = stroke + stroke zero,
 /// is r^2 = l1^2 + l3^2 + 2 l1 l3 cos(kappa + lambda - theta), 0 < kappa + lambda - theta < pi (both printed versions
 /// lose the square of r). Returns theta and d theta by (stroke, kappa, lambda, l1, l3), or how far (m) the length is
 /// from closing the triangle.
 pub fn slider_crank(stroke: f64, values: &[f64]) -> Result<(f64, [f64; 5]), f64> {
-    let &[zero, kappa, lambda, l1, l3] = values else { return Err(f64::NAN) };
+    let [zero, kappa, lambda, l1, l3] = std::array::from_fn(|k| values[k]);
     let r = stroke + zero;
     let cosine = (r * r - l1 * l1 - l3 * l3) / (2.0 * l1 * l3);
     let sine = ((1.0 - cosine) * (1.0 + cosine)).sqrt();

@@ -9,6 +9,7 @@ use super::bounds::{Bounds, Side};
 use super::box_step::{Region, minimize_from_zero};
 use super::damped::damped;
 use crate::math::linear::{Svd, apply_transpose, factor_in_place, least_norm};
+use crate::math::norm;
 
 /// The map `v -> Q' W v`, cut to the rows that the columns of the Jacobian reach.
 struct Reduction {
@@ -70,7 +71,7 @@ impl Reduced {
                 }
             }
         }
-        let residual_norm = memory[m * n..].iter().map(|r| r * r).sum::<f64>().sqrt();
+        let residual_norm = norm(&memory[m * n..]);
         let tall = m > n;
         let coefficients = tall.then(|| factor_in_place(MatMut::from_column_major_slice_mut(&mut memory, m, n + 1)));
         let rows = m.min(n);

@@ -13,4 +13,4 @@ pub(crate) use rigid::{nearest_rotation, rigid_fit};
 pub use se3::{left_jacobian, rotation_vector};
 pub use spline::NaturalSpline;
 pub(crate) use summary::{distinct, extremes};
-pub use summary::{mean_rms_max, median};
+pub use summary::{mean_rms_max, median, norm};

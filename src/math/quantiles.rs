@@ -46,6 +46,12 @@ pub fn t95(degrees_of_freedom: f64) -> f64 {
     t_quantile(UPPER, degrees_of_freedom)
 }
 
+/// Standard deviation of normal noise over the median of its magnitude.
+pub const OF_MEDIAN: f64 = 1.4826;
+
+/// Scale of Huber's loss, in standard deviations, with which it is 95 % efficient on normal noise (Huber, *Ann. Math. Statist.* 35, 1964).
+pub const HUBER: f64 = 1.345;
+
 /// Value below which a standard normal variable lies with a probability between 0 and 1.
 pub fn normal_quantile(probability: f64) -> f64 {
     Normal::standard().inverse_cdf(probability.clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON))
@@ -55,18 +61,6 @@ pub fn normal_quantile(probability: f64) -> f64 {
 pub fn t_quantile(probability: f64, degrees_of_freedom: f64) -> f64 {
     let known = StudentsT::new(0.0, 1.0, degrees_of_freedom).ok().filter(|_| degrees_of_freedom.is_finite());
     known.map_or(f64::INFINITY, |t| t.inverse_cdf(probability.clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON)))
-}
-
-/// Probability that Student's t is `size` or more, of either sign; 1 where that or the degrees of freedom are no number.
-///
-/// ```
-/// use elastogeo::math::quantiles::t_tail;
-///
-/// assert!((t_tail(3.182446, 3.0) - 0.05).abs() < 1e-6); // tables
-/// ```
-pub fn t_tail(size: f64, degrees_of_freedom: f64) -> f64 {
-    let known = StudentsT::new(0.0, 1.0, degrees_of_freedom).ok().filter(|_| degrees_of_freedom.is_finite());
-    known.filter(|_| size.is_finite()).map_or(1.0, |t| 2.0 * t.cdf(-size.abs()))
 }
 
 /// Probability that Fisher's F with so many degrees of freedom is `ratio` or more. An infinite ratio, of something to

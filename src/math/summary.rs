@@ -12,6 +12,11 @@ pub fn mean_rms_max(values: impl Iterator<Item = f64>) -> [f64; 3] {
     if n == 0.0 { [0.0; 3] } else { [sum / n, f64::sqrt(squares / n), max] }
 }
 
+/// Euclidean norm of some values.
+pub fn norm<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
+    values.into_iter().map(|value| value * value).sum::<f64>().sqrt()
+}
+
 /// The different ones of some values, ascending.
 pub(crate) fn distinct<T: Ord>(values: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut values: Vec<T> = values.into_iter().collect();

@@ -13,6 +13,7 @@ pub use repeats::{Repeated, repeats};
 pub use rigid_markers::rigid_markers;
 
 use crate::math::median;
+use crate::math::quantiles::OF_MEDIAN;
 
 /// A standard deviation of a coordinate, found from readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,8 +27,6 @@ pub struct NoiseEstimate {
 /// Root mean square of deviations over the same by their median, beyond which some are outliers and the median counts.
 /// Of Gauss's distribution it is 1, of Student's with 3 degrees of freedom 1.5.
 const WRONG: f64 = 2.0;
-/// Median of the magnitude of a standard normal variable.
-const MEDIAN: f64 = 0.6745;
 
 impl NoiseEstimate {
     /// From deviations from their means, each of the standard deviation sought but for the share that the mean takes: with so many
@@ -38,7 +37,7 @@ impl NoiseEstimate {
         let sigma = (squares / degrees_of_freedom).sqrt();
         let taken = (deviations.len() as f64 / degrees_of_freedom).sqrt();
         deviations.iter_mut().for_each(|v| *v = v.abs());
-        let robust = median(&mut deviations)? * taken / MEDIAN;
+        let robust = median(&mut deviations)? * taken * OF_MEDIAN;
         let sigma = if robust > 0.0 && sigma > WRONG * robust { robust } else { sigma };
         (degrees_of_freedom > 0.0 && squares > 0.0).then_some(Self { sigma, degrees_of_freedom })
     }

@@ -4,8 +4,9 @@
 //! are spatial (left) rotation vectors, so that residuals of orientations are to first order what derivatives describe
 //! (Barfoot, *State Estimation for Robotics*, sec. 7.1).
 
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 
+use crate::math::linear::Svd;
 use crate::parameter::Kind;
 
 /// Greatest number of rows of one reading.
@@ -433,13 +434,19 @@ pub(super) fn row(value: f64) -> Rows {
 /// Centre a and constant c of the least-squares solution of y = 2 a.p + c over points p (m) and y (m^2): what spheres and
 /// distances from one point come down to. None where the points do not determine it.
 pub(super) fn centre_of(pairs: impl Iterator<Item = (Vector3<f64>, f64)> + Clone) -> Option<(Vector3<f64>, f64)> {
-    let count = pairs.clone().count() as f64;
-    let (at, of) = pairs.clone().fold((Vector3::zeros(), 0.0), |(at, of), (p, y)| (at + p / count, of + y / count));
-    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-    for (p, y) in pairs {
-        normal += (p - at) * (p - at).transpose();
-        right += (p - at) * (y - of);
+    let count = pairs.clone().count();
+    let (sum, total) = pairs.clone().fold((Vector3::zeros(), 0.0), |(at, of), (p, y)| (at + p, of + y));
+    let (at, of) = (sum / count as f64, total / count as f64);
+    let (points, right): (Vec<Vector3<f64>>, Vec<f64>) = pairs.map(|(p, y)| (p - at, y - of)).unzip();
+    if count < 3 || points.iter().any(|p| !p.norm().is_finite()) {
+        return None;
     }
-    let centre = 0.5 * (normal.try_inverse()? * right);
-    (centre.norm().is_finite()).then(|| (centre, of - 2.0 * centre.dot(&at)))
+    let Svd { left, values, right: directions } = Svd::new(&DMatrix::from_fn(count, 3, |row, k| points[row][k]))?;
+    if values[2] <= f64::EPSILON * values[0] {
+        return None;
+    }
+    let along = left.tr_mul(&DVector::from_vec(right));
+    let centre: Vector3<f64> =
+        (0..3).map(|k| Vector3::from_fn(|i, _| directions[(i, k)]) * (0.5 * along[k] / values[k])).sum();
+    centre.norm().is_finite().then(|| (centre, of - 2.0 * centre.dot(&at)))
 }

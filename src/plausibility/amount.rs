@@ -20,7 +20,7 @@ pub(super) fn too_little(amount: &Amount, fitted: usize, limits: &Limits) -> Opt
             1 => "one configuration".into(),
             several => format!("{several} different configurations"),
         };
-        format!("the readings come from {from}: too few to tell a sound robot from any other")
+        format!("the readings come from {from}: too few for any conclusion")
     } else {
         format!(
             "{rows} residuals of different readings for {fitted} fitted parameters: errors of readings that were not seen can be far \
@@ -92,7 +92,7 @@ pub(super) fn of_sessions(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
 
 fn thin(evidence: &Evidence, by: Sharing, noun: &str, limits: &Limits) -> Vec<Diagnostic> {
     let campaign = evidence.campaign;
-    let is_fitted = |index: usize| evidence.found.is_none_or(|found| found.held_out.get(index) != Some(&true));
+    let is_fitted = |index: usize| evidence.found.is_none_or(|found| !found.holds_out(index));
     let names = campaign.sessions.parts(by);
     let described = |(part, name): (usize, &&str)| {
         let all = campaign.readings.iter().enumerate();

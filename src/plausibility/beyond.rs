@@ -5,6 +5,7 @@ use super::hypothesis::total_length;
 use super::shown::number;
 use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::{Code, Diagnostic, Place};
+use crate::math::norm;
 use crate::model::Model;
 
 /// A number of a reading that is judged.
@@ -71,7 +72,7 @@ fn judged(model: &Model, limits: &Limits) -> [Judged; 4] {
         Judged {
             what: "a force on the tool",
             unit: "N",
-            of: |reading| Some(reading.wrench[..3].iter().map(|v| v * v).sum::<f64>().sqrt()),
+            of: |reading| Some(norm(&reading.wrench[..3])),
             most: force,
             limit: "an arm bears",
             remedy: load,
@@ -80,7 +81,7 @@ fn judged(model: &Model, limits: &Limits) -> [Judged; 4] {
         Judged {
             what: "a moment on the tool",
             unit: "N.m",
-            of: |reading| Some(reading.wrench[3..].iter().map(|v| v * v).sum::<f64>().sqrt()),
+            of: |reading| Some(norm(&reading.wrench[3..])),
             most: force * reach,
             limit: "the greatest force at the end of the arm makes",
             remedy: load,
@@ -99,7 +100,7 @@ fn beyond(evidence: &Evidence, judged: &Judged) -> Option<Diagnostic> {
     let &(reading, value) = beyond.first()?;
     let Judged { what, unit, most, limit, .. } = judged;
     let message = format!(
-        "{what} is {} {unit} at most, beyond reason in {} of {} readings: {limit} {} {unit}",
+        "{what} is {} {unit} at most, implausible in {} of {} readings: {limit} {} {unit}",
         number(value),
         beyond.len(),
         campaign.readings.len(),

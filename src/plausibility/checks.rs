@@ -2,9 +2,9 @@
 
 use super::evidence::{Evidence, Limits};
 use super::{
-    amount, approach, beyond, common_factor, constraints, deflections, instrument, midway, nearer, numerics,
-    other_joints, outlying, parameters, payload, placement, points, readings, sessions, springs, stated_noise, torques,
-    unfitted_springs,
+    amount, another_robot, approach, beyond, common_factor, constraints, deflections, instrument, midway, nearer,
+    numerics, other_joints, outlying, parameters, payload, placement, points, readings, sessions, springs,
+    stated_noise, torques, unfitted_springs,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
@@ -81,16 +81,18 @@ checks! {
             "constants that end far from the description do not stand for files that are to be read in another way: none leaves as little with constants that stay near it",
         sessions::agree_calibrated: [SessionsDiffer]
             "with a base or a tool of its own for each session calibration leaves as much as without",
+        another_robot::is_the_same: [SessionsDiffer]
+            "each session by itself, calibrated with constants of its own, leaves as much as all together",
         other_joints::as_declared: [OtherJoints]
             "with the other column of each joint (commanded for recorded) calibration leaves as much",
-        unfitted_springs::are_as_declared: [Misread]
+        unfitted_springs::are_as_declared: [SpringsHeld]
             "with the springs that the description declares calibration leaves as much as without",
         payload::as_declared: [WrongUnits, Misread]
             "with the payload's mass or centre in another unit, its centre on the other side, or two payloads exchanged, calibration leaves as much",
         readings::describes_the_readings: [UnlikeDescription]
             "calibration explains most of what registration leaves, where that is more than tolerances allow",
         outlying::after: [OutlyingReadings, UnlikeDescription]
-            "no reading is far from what all others say, and no quarter of them is",
+            "no reading is far from the fit to the others, and no quarter of them is",
         midway::stands_still: [MovedMidway]
             "what is left does not step at one row of the files",
         deflections::zeroed: [Misread]

@@ -47,7 +47,7 @@ fn of_wrenches(springs: &[Spring], limits: &Limits) -> Option<Diagnostic> {
         return None;
     }
     let message = format!(
-        "all springs that the readings tell are about {}, which their tolerances do not allow: are wrenches or deflections in another unit, \
+        "all identifiable springs are about {}, which their tolerances do not allow: are wrenches or deflections in another unit, \
          as lbf (4.45 N) and lbf.ft (1.36 N.m), or the declared stiffnesses off by that factor?",
         by(common.mean, springs)
     );
@@ -100,7 +100,7 @@ fn all_far(springs: &[Spring], limits: &Limits) -> Option<Diagnostic> {
     let how = if is_softer { "softer" } else { "stiffer" };
     let names: Vec<&str> = springs.iter().map(|spring| spring.name).collect();
     let message = format!(
-        "all springs that the readings tell are {least:.0} to {most:.0} times {how} than declared ({}): are payload, masses or stiffnesses \
+        "all identifiable springs are {least:.0} to {most:.0} times {how} than declared ({}): are payload, masses or stiffnesses \
          off by a factor?",
         names.join(", ")
     );
@@ -117,7 +117,7 @@ fn reported(springs: Vec<Spring>, limits: &Limits) -> Option<Diagnostic> {
     let alike = common(&springs, |_| limits.alike).map(|common| common.mean);
     let Some(mean) = alike.filter(is_far) else { return all_far(&springs, limits) };
     let message = format!(
-        "all springs that the readings tell are {}: are the declared masses, or the stiffnesses, off by that factor?",
+        "all identifiable springs are {}: are the declared masses, or the stiffnesses, off by that factor?",
         by(mean, &springs)
     );
     let remedy = "look at powers of ten of masses and stiffnesses, at `mass` and `rotational_stiffness` under `units:`, and at `gravity`; if \

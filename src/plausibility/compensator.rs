@@ -38,12 +38,8 @@ pub fn of_mounting(
     let lengths = [("the lever L", lever, LEVER), ("a, from joint to anchor,", triangle.map(Triangle::base), BASE)];
     let far = lengths.into_iter().filter_map(|(name, value, range)| {
         let value = value.filter(|value| !range.contains(value))?;
-        let message = format!(
-            "{name} is {:.4} mm; of machines it is {} to {} mm",
-            1e3 * value,
-            1e3 * range.start(),
-            1e3 * range.end()
-        );
+        let message =
+            format!("{name} is {:.4} mm; typical are {} to {} mm", 1e3 * value, 1e3 * range.start(), 1e3 * range.end());
         Some(Diagnostic::error(message).code(Code::WrongUnits).figure("metres", value).remedy("give coordinates in mm"))
     });
     let far: Vec<Diagnostic> = far.collect();
@@ -143,7 +139,7 @@ pub fn of_elasticity(triangle: &Triangle, given: &[JointCompliance], found: &Ela
     for (name, value, range, unit, size) in values {
         let [at, low, high] = [value.value, *range.start(), *range.end()].map(|value| value / size);
         if !range.contains(&value.value) {
-            let message = format!("{name} is {at:.4} {unit}; of machines it is {low:.4} to {high:.4}");
+            let message = format!("{name} is {at:.4} {unit}; typical are {low:.4} to {high:.4}");
             let remedy = "look at the units of the compliances, at the angles and their sign, and at L, ax and ay";
             doubts.push(Diagnostic::error(message).code(Code::Implausible).figure("value", value.value).remedy(remedy));
         } else if let Some(wide) = value.ci95.filter(|width| *width >= value.value.abs()) {

@@ -3,12 +3,13 @@
 //! A datum whose angle or distance is declared wrong holds its faces where they are not, and nothing else in the campaign can give. Where all
 //! that is declared is left free and most of the error goes, each is left free alone, and the one that takes it along is named.
 
+use super::again::{Fall, again};
 use super::evidence::{Evidence, Limits};
 use super::outlying::HIDING;
 use super::shown::mm;
 use crate::description::campaign::{Between, Campaign, Constraint};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::{Calibration, Settings, calibrate};
+use crate::estimation::Calibration;
 use crate::prediction::target_values;
 
 pub(super) fn fit_the_contacts(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
@@ -18,8 +19,6 @@ pub(super) fn fit_the_contacts(evidence: &Evidence, limits: &Limits) -> Vec<Diag
     let is_noise = |found: &Calibration| campaign.sigma.is_some() && found.noise_ratio < HIDING;
     let found = evidence.found.filter(|found| found.converged() && !is_noise(found));
     let Some(found) = found.filter(|_| !known.is_empty()) else { return Vec::new() };
-    let before = found.after.fit.distance[1];
-    let settings = Settings { only: Some(found.slots.clone()), second_order: false, ..Settings::default() };
     // What is left without some of the constraints, and the values with which it is.
     let without = |free: &[usize]| {
         let mut own: Campaign = campaign.clone();
@@ -27,13 +26,13 @@ pub(super) fn fit_the_contacts(evidence: &Evidence, limits: &Limits) -> Vec<Diag
         // Those that hold are found anew among the declared ones where readings are left out.
         own.constraints.retain(|constraint| !freed.contains(constraint));
         own.declared.retain(|constraint| !freed.contains(constraint));
-        let again = calibrate(model, &own, &found.held_out, &settings, &mut |_| {}).ok()?;
-        let left = again.after.fit.distance[1];
-        (again.converged() && before > limits.fall * left).then_some((left, again.values))
+        let again = again(model, &own, found)?;
+        let fall = Fall::between(found, &again);
+        fall.is_by(limits.fall).then_some((fall, again.values))
     };
     let Some(all) = without(&known) else { return Vec::new() };
     let alone = known.iter().filter_map(|&k| Some((vec![k], without(&[k])?)));
-    let (free, (left, values)) = alone.min_by(|a, b| a.1.0.total_cmp(&b.1.0)).unwrap_or((known, all));
+    let (free, (fall, values)) = alone.min_by(|a, b| a.1.0.after.total_cmp(&b.1.0.after)).unwrap_or((known, all));
     let of = |&k: &usize| {
         let constraint = &campaign.constraints[k];
         let [a, b] = constraint.targets.map(|target| target_values(model, campaign, target, &values));
@@ -48,16 +47,12 @@ pub(super) fn fit_the_contacts(evidence: &Evidence, limits: &Limits) -> Vec<Diag
         };
         format!("`{names}` comes out at {shown} where {declared} is declared")
     };
-    let message = format!(
-        "with known distances or angles left free the error of calibration falls from {} to {} mm: {}",
-        mm(before),
-        mm(left),
-        free.iter().map(of).collect::<Vec<_>>().join(", ")
-    );
+    let with = fall.words("known distances or angles left free");
+    let message = format!("{with}: {}", free.iter().map(of).collect::<Vec<_>>().join(", "));
     let diagnostic = Diagnostic::error(message).code(Code::Misread);
     vec![
         diagnostic
             .remedy("look at `distances:` and `angles:` of the campaign, and at their units; or leave one out that is not known")
-            .figure("left_mm", 1e3 * left),
+            .figure("left_mm", 1e3 * fall.after),
     ]
 }

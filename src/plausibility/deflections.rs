@@ -1,7 +1,7 @@
 //! Deflections against springs: a passive structure gives way to a load, never against it, and more than that, as its springs
 //! and levers allow. Where mirrored readings, or reversed wrenches, are fitted decisively better, they are named.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::evidence::{Evidence, Limits};
@@ -13,6 +13,7 @@ use super::trial::{drawn, noise, typical};
 use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, What, calibrate, row_sigmas};
+use crate::math::norm;
 use crate::math::{median, orthonormal, project_off, quantiles::f_tail};
 use crate::model::Model;
 use crate::prediction::{Predictor, residuals};
@@ -89,7 +90,7 @@ fn shift(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     }
     let chance = f_tail((gain / 3.0) / (left / freedom), 3.0, freedom);
     let fall = (total / left).sqrt();
-    let noise = fit.least() * (left / freedom).sqrt().max(1.0);
+    let noise = fit.noise((left / freedom).sqrt());
     if chance > limits.chance || fall < limits.sessions_fall || by.norm() < limits.sessions_apart * noise {
         return None;
     }
@@ -123,18 +124,14 @@ fn promising(evidence: &Evidence, chosen: &[bool], limits: &Limits) -> Vec<Hypot
 
 /// What springs leave of the deflections to first order (m, [`typical`]).
 fn linear_error(model: &Model, campaign: &Campaign, values: &[f64], limits: &Limits) -> Option<f64> {
-    let slots = model.elastic_slots();
-    let width = slots.len();
-    let all = Predictor::new(model, campaign, slots).ok()?.linearised(values).ok()?;
+    let all = Predictor::new(model, campaign, model.elastic_slots()).ok()?.linearised(values).ok()?;
     let sigmas = row_sigmas(campaign);
-    let residual = DVector::from_fn(sigmas.len(), |row, _| all.residual[row] / sigmas[row]);
-    let columns = DMatrix::from_fn(sigmas.len(), width, |row, k| all.jacobian[row * width + k] / sigmas[row]);
+    let (columns, residual) = all.whitened(&sigmas);
     if !residual.iter().chain(columns.iter()).all(|value| value.is_finite()) {
         return None;
     }
     let basis = orthonormal(&columns, None);
-    let left = &residual - &basis * basis.tr_mul(&residual);
-    let left: Vec<f64> = left.iter().zip(&sigmas).map(|(left, sigma)| left * sigma).collect();
+    let left: Vec<f64> = project_off(&residual, &basis).iter().zip(&sigmas).map(|(left, sigma)| left * sigma).collect();
     typical(campaign, &left, limits)
 }
 
@@ -150,13 +147,12 @@ pub(super) fn as_large_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<
         return Vec::new();
     }
     let Ok(nominal) = residuals(model, campaign, &model.registry.nominal()) else { return Vec::new() };
-    let size = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>().sqrt();
     let ratio = |(reading, residual): (&Reading, &[f64])| {
         let lengths = reading.observes.length_rows();
         let measured = reading.measured.get(..lengths)?;
         let given: Vec<f64> = measured.iter().zip(residual).map(|(m, r)| m - r).collect();
-        let noise = size(&reading.observes.sigmas(&reading.noise)[..lengths]);
-        let [measured, given] = [size(measured), size(&given)];
+        let noise = norm(&reading.observes.sigmas(&reading.noise)[..lengths]);
+        let [measured, given] = [norm(measured), norm(&given)];
         // What neither shows above the noise says nothing; what is rigid gives nothing to compare with.
         (given > 0.0 && measured.max(given) > limits.trimmed * noise).then(|| (measured / given).ln())
     };
@@ -173,7 +169,7 @@ pub(super) fn as_large_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<
     );
     let is_hopeless = middle.abs() > limits.stiffness_factor.ln();
     let diagnostic = if is_hopeless { Diagnostic::error(message) } else { Diagnostic::warning(message) };
-    let lengths = |reading: &Reading| size(reading.measured.get(..reading.observes.length_rows()).unwrap_or_default());
+    let lengths = |reading: &Reading| norm(reading.measured.get(..reading.observes.length_rows()).unwrap_or_default());
     let sizes = campaign.readings.iter().map(lengths).filter(|size| *size > 0.0).collect::<Vec<_>>();
     let are_places = median(&mut { sizes }).is_some_and(|size| size > PLACES * total_length(model));
     let remedy = match are_places {

@@ -34,9 +34,8 @@ impl<'a> Evidence<'a> {
     /// A calibration that fitted more than where things stand.
     pub fn calibrated(&self) -> Option<&'a Calibration> {
         self.found.filter(|found| {
-            let kept = found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column));
-            kept.map(|&slot| self.model.registry[slot].group)
-                .any(|group| matches!(group, Group::Geometry | Group::Elastic | Group::Effect))
+            let mut groups = found.kept_slots().into_iter().map(|slot| self.model.registry[slot].group);
+            groups.any(|group| matches!(group, Group::Geometry | Group::Elastic | Group::Effect))
         })
     }
 }

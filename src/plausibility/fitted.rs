@@ -37,8 +37,7 @@ impl<'a> Fitted<'a> {
     /// Of the calibration in the evidence; `None` where there is none, or its values cannot be predicted with.
     pub fn of(evidence: &'a Evidence<'a>) -> Option<Self> {
         let found = evidence.found?;
-        let kept = found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column).copied());
-        Self::spanned_by(evidence, kept.collect())
+        Self::spanned_by(evidence, found.kept_slots())
     }
 
     /// The same, spanned by all parameters that were to be fitted, those that the noise hides included.
@@ -48,11 +47,9 @@ impl<'a> Fitted<'a> {
 
     fn spanned_by(evidence: &'a Evidence<'a>, slots: Vec<Slot>) -> Option<Self> {
         let found = evidence.found?;
-        let is_fitted = |index: usize| !found.held_out.get(index).copied().unwrap_or(false);
-        let campaign = evidence.campaign.select(|index, _| is_fitted(index));
-        let readings: Vec<usize> = (0..evidence.campaign.readings.len()).filter(|&k| is_fitted(k)).collect();
+        let campaign = found.fitted(evidence.campaign);
+        let readings: Vec<usize> = (0..evidence.campaign.readings.len()).filter(|&k| !found.holds_out(k)).collect();
         let slots: Vec<Slot> = if readings.len() > MANY { Vec::new() } else { slots };
-        let width = slots.len();
         let all = Predictor::new(evidence.model, &campaign, slots).ok()?.linearised(&found.values).ok()?;
         let mut rows = vec![0];
         for reading in &campaign.readings {
@@ -60,9 +57,8 @@ impl<'a> Fitted<'a> {
         }
         let count = rows.last().copied().unwrap_or(0);
         let sigmas: Vec<f64> = row_sigmas(&campaign).into_iter().take(count).map(|sigma| sigma.max(LEAST)).collect();
-        let residual = DVector::from_fn(count, |row, _| all.residual[row] / sigmas[row]);
-        let columns = DMatrix::from_fn(count, width, |row, column| all.jacobian[row * width + column] / sigmas[row]);
-        let basis = if width > 0 { orthonormal(&columns, None) } else { columns };
+        let (columns, residual) = all.whitened(&sigmas);
+        let basis = if columns.ncols() > 0 { orthonormal(&columns, None) } else { columns };
         if !residual.iter().chain(basis.iter()).all(|value| value.is_finite()) {
             return None;
         }
@@ -110,8 +106,19 @@ impl<'a> Fitted<'a> {
         self.sigmas[row]
     }
 
-    /// The least stated standard deviation, m: errors below it are rounding.
+    /// Least standard deviation that is known, m: where none is stated, that of rounding.
     pub fn least(&self) -> f64 {
+        if self.evidence.campaign.sigma.is_some() { self.unit() } else { LEAST }
+    }
+
+    /// The same of readings that scatter by so many times their standard deviations: no less than what is stated.
+    pub fn noise(&self, times: f64) -> f64 {
+        let least = if self.evidence.campaign.sigma.is_some() { 1.0 } else { 0.0 };
+        self.unit() * times.max(least)
+    }
+
+    /// Least standard deviation of the rows, stated or assumed.
+    fn unit(&self) -> f64 {
         self.sigmas.iter().copied().fold(f64::INFINITY, f64::min)
     }
 }

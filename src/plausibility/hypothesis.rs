@@ -72,6 +72,8 @@ pub enum Hypothesis {
     Markers(usize, usize),
     /// Each marker is the one so many places after it, those at the end the first ones.
     MarkersMoved(usize),
+    /// Two anchors of distances are exchanged, by index of their targets.
+    Anchors(usize, usize),
     /// Angles of the description times a factor.
     DescriptionAngles(f64),
     /// Lengths `d` and angles `alpha` of the description belong to the frame after theirs: a classical table read as a modified one.
@@ -163,6 +165,9 @@ impl Hypothesis {
             // Of two they are the same as exchanged.
             all.extend((1..count).filter(|_| count > 2).map(Self::MarkersMoved));
         }
+        let is_distance = |reading: &&Reading| reading.observes.needs_anchor();
+        let anchors = distinct(campaign.readings.iter().filter(is_distance).filter_map(|reading| reading.target));
+        all.extend(pairs(anchors.len()).map(|(a, b)| Self::Anchors(anchors[a], anchors[b])));
         let choices = [(true, false), (false, true), (true, true)];
         let is_new = |(base, tool): (bool, bool)| {
             !(base && campaign.estimate_base || tool && campaign.estimate_tool) && (!base || with_positions)
@@ -268,11 +273,11 @@ impl Hypothesis {
             Self::Forces(factor) => multiply_wrenches(campaign, 0..3, factor),
             Self::Turned(way) => turn(campaign, way),
             Self::Shifted(by, whole) => *campaign = shifted(campaign, by, whole),
-            Self::Markers(a, b) => rename_markers(campaign, |marker| match marker {
-                marker if marker == a => b,
-                marker if marker == b => a,
-                other => other,
-            }),
+            Self::Markers(a, b) => rename_markers(campaign, |marker| exchanged(marker, a, b)),
+            Self::Anchors(a, b) => {
+                let own = campaign.readings.iter_mut().filter(|reading| reading.observes.needs_anchor());
+                own.for_each(|reading| reading.target = reading.target.map(|target| exchanged(target, a, b)));
+            }
             Self::MarkersMoved(by) => {
                 let count = model.markers.len();
                 rename_markers(campaign, |marker| if marker < count { (marker + by) % count } else { marker });
@@ -350,6 +355,15 @@ fn turn(campaign: &mut Campaign, way: Turned) {
         let own = &mut reading.measured[3..6];
         let read = way.read(&Vector3::from_column_slice(own));
         own.copy_from_slice(read.as_slice());
+    }
+}
+
+/// The other one of two, and what is neither as it is.
+fn exchanged(own: usize, a: usize, b: usize) -> usize {
+    match own {
+        own if own == a => b,
+        own if own == b => a,
+        other => other,
     }
 }
 

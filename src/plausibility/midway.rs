@@ -20,6 +20,7 @@ use super::step::{Step, What, described};
 use crate::description::campaign::Reading;
 use crate::diagnostic::Diagnostic;
 use crate::kinematics::{Geometry, Placements};
+use crate::math::norm;
 use crate::math::quantiles::f_tail;
 use crate::math::{distinct, median};
 use crate::noise::reference_noise;
@@ -93,7 +94,7 @@ fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step
     let left = (total - step.gain).max(f64::MIN_POSITIVE);
     let tried = ((3 + moves.variables) * fit.readings().len()) as f64;
     let chance = f_tail((step.gain / step.values) / (left / freedom), step.values, freedom) * tried;
-    let noise = fit.least() * (left / freedom).sqrt().max(1.0);
+    let noise = fit.noise((left / freedom).sqrt());
     // Of half of the readings 1.5 in squares: those near the middle of a step hardly fall.
     let is_of_few = step.fall_of_half < limits.sessions_fall.sqrt();
     if chance > limits.chance
@@ -339,8 +340,7 @@ fn falls(fit: &Fitted, readings: &[usize], left: &DVector<f64>) -> [f64; 2] {
         readings.iter().map(|&k| all.fixed_rows::<3>(fit.rows[k]).norm()).collect()
     };
     let (mut before, mut after) = (errors(&fit.residual), errors(left));
-    let size = |all: &[f64]| all.iter().map(|error| error * error).sum::<f64>().sqrt();
-    let of_all = size(&before) / size(&after).max(f64::MIN_POSITIVE);
+    let of_all = norm(&before) / norm(&after).max(f64::MIN_POSITIVE);
     let of_half = median(&mut before).zip(median(&mut after));
     [of_all, of_half.map_or(1.0, |(with, without)| with / without.max(f64::MIN_POSITIVE))]
 }

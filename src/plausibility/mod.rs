@@ -5,7 +5,9 @@
 //! ([`Code::is_plausibility`]) means that there is one which no robot can have; [`forced`] makes it a warning. To add a
 //! check: write a function of [`Evidence`] and [`Limits`], and put it into [`CHECKS`].
 
+mod again;
 mod amount;
+mod another_robot;
 mod approach;
 mod beyond;
 mod changes;

@@ -4,12 +4,15 @@
 //! it up, and no residual shows it. The same calibration is made with the files read in each other way, and with base or tool
 //! estimated as well; as little left with constants many standard deviations nearer is named.
 
+use rayon::prelude::*;
+
+use super::again::fitted;
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::Hypothesis;
 use super::trial::Trials;
 use super::words::words_of;
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::{Calibration, Estimate, Settings, calibrate, describes};
+use crate::estimation::{Calibration, Estimate, describes};
 use crate::parameter::{Group, Slot};
 
 /// Tolerances by which a constant moved from which it may stand for something else, and by which the constants have to stay nearer
@@ -32,16 +35,16 @@ pub(super) fn as_described(evidence: &Evidence, limits: &Limits) -> Vec<Diagnost
         let mut own = campaign.clone();
         way.apply(model, &mut own, &mut model.registry.nominal());
         let only = (!way.adds_unknowns()).then(|| found.slots.clone());
-        let settings = Settings { only, second_order: false, ..Settings::default() };
-        let again = calibrate(model, &own, &found.held_out, &settings, &mut |_| {}).ok()?;
+        let again = fitted(model, &own, &found.held_out, only)?;
         let after = moved(evidence, &again);
         let is_as_good = describes(campaign, &again) || again.noise_ratio <= found.noise_ratio;
         let are_near = way.adds_unknowns() || after.iter().all(|(_, by)| by.abs() < FAR);
         let left = squares(&after);
-        (again.converged() && is_as_good && are_near && squares(&before) - left > FAR * FAR).then_some((*way, left))
+        (is_as_good && are_near && squares(&before) - left > FAR * FAR).then_some((*way, left))
     };
     let ways = ways(evidence, limits);
-    let found = ways.iter().filter_map(nearer).min_by(|a, b| a.1.total_cmp(&b.1));
+    let all: Vec<(Hypothesis, f64)> = ways.par_iter().filter_map(nearer).collect();
+    let found = all.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
     found.map(|(way, _)| described(evidence, slot, most, &way)).into_iter().collect()
 }
 

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::again::fitted;
 use super::evidence::{Evidence, Limits};
 use super::fitted::Fitted;
 use super::shown::{mm, unit_of};
@@ -18,6 +19,7 @@ use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate, least_median, registered};
 use crate::least_squares::Loss;
+use crate::math::quantiles::HUBER;
 use crate::math::{median, orthonormal, quantiles::f_tail};
 use crate::model::Model;
 use crate::observation::Rows;
@@ -273,16 +275,12 @@ fn many(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
 /// only whether a further fit is made.
 pub(super) const HIDING: f64 = 1.2;
 
-/// Scale of Huber's loss, standard deviations: 95 % efficient on normal noise (Huber, *Ann. Math. Statist.* 35, 1964).
-const HUBER: f64 = 1.345;
-
 /// The same parameters fitted by a loss that many outliers do not bend, where more than the stated noise is left.
 fn robust(evidence: &Evidence) -> Option<Calibration> {
     let (model, campaign) = (evidence.model, evidence.campaign);
     let found = evidence.found.filter(|found| campaign.sigma.is_some() && found.noise_ratio > HIDING)?;
-    let kept = found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column).copied());
     let loss = Loss::Huber(HUBER);
-    let asked = Settings { only: Some(kept.collect()), loss, second_order: false, ..Settings::default() };
+    let asked = Settings { only: Some(found.kept_slots()), loss, second_order: false, ..Settings::default() };
     calibrate(model, campaign, &found.held_out, &asked, &mut |_| {}).ok().filter(Calibration::converged)
 }
 
@@ -328,7 +326,7 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
         let in_proportion = |k: usize| response.and_then(|all| all.get(k)).copied().unwrap_or(1.0);
         let is_far = |&k: &usize| {
             size[k] > floor * allowances[k] * in_proportion(k)
-                && (among.contains(&k) || tells_others && found.held_out.get(k) == Some(&true))
+                && (among.contains(&k) || tells_others && found.holds_out(k))
         };
         let far: Vec<usize> = (0..size.len()).filter(is_far).collect();
         (!far.is_empty()).then_some((far, middle))
@@ -367,12 +365,10 @@ fn allowances(campaign: &Campaign, limits: &Limits) -> Vec<f64> {
 /// Errors (m) of all readings, the same parameters fitted without some, and [`responses`]; `None` where that cannot be done.
 fn without(evidence: &Evidence, wrong: &[usize], limits: &Limits) -> Option<(Vec<f64>, Vec<f64>)> {
     let (model, campaign, found) = (evidence.model, evidence.campaign, evidence.found?);
-    let is_used = |k: usize| found.held_out.get(k) != Some(&true) && !wrong.contains(&k);
+    let is_used = |k: usize| !found.holds_out(k) && !wrong.contains(&k);
     let some = campaign.select(|index, _| is_used(index));
-    let kept = found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column).copied());
-    let asked = Settings { only: Some(kept.collect()), second_order: false, ..Settings::default() };
     let none = vec![false; some.readings.len()];
-    let fitted = calibrate(model, &some, &none, &asked, &mut |_| {}).ok().filter(Calibration::converged)?;
+    let fitted = fitted(model, &some, &none, Some(found.kept_slots()))?;
     let mut all = Linearised::default();
     Predictor::new(model, campaign, Vec::new()).ok()?.linearise(&fitted.values, false, &mut all).ok()?;
     Some((errors(campaign, &all.residual, limits).collect(), responses(campaign, &all.predicted)))

@@ -220,7 +220,7 @@ pub(super) fn springs_within_their_range(evidence: &Evidence, _: &Limits) -> Vec
     if named.is_empty() {
         return Vec::new();
     }
-    let message = format!("springs came out as none: {}, and readings contradict what is declared", named.join(", "));
+    let message = format!("springs ended at a limit: {}, and readings contradict what is declared", named.join(", "));
     let remedy =
         "look at signs and axes of loads, at gravity and masses; declare a joint rigid that is, or hold it (--hold)";
     vec![Diagnostic::warning(message).code(Code::Implausible).remedy(remedy)]
@@ -231,7 +231,7 @@ pub(super) fn springs_within_their_range(evidence: &Evidence, _: &Limits) -> Vec
 pub(super) fn free_lengths(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
     let Some(found) = evidence.found else { return Vec::new() };
     let registry = &evidence.model.registry;
-    let kept: Vec<Slot> = found.identifiability.kept.iter().filter_map(|&k| found.slots.get(k).copied()).collect();
+    let kept: Vec<Slot> = found.kept_slots();
     let springs = evidence.model.structure.springs.iter().filter(|spring| spring.spring.free_length.is_some());
     let held = springs.map(|spring| (spring.slots[0], spring.slots[1]));
     let held = held.filter(|(rate, length)| kept.contains(rate) && !found.slots.contains(length));
@@ -275,9 +275,9 @@ pub(super) fn better_than_registered(evidence: &Evidence, limits: &Limits) -> Ve
 /// Whether there are enough readings for what was fitted.
 pub(super) fn enough_readings(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let Some(found) = evidence.found else { return Vec::new() };
-    let fitted = evidence.campaign.select(|index, _| !found.held_out.get(index).copied().unwrap_or(false));
+    let fitted = found.fitted(evidence.campaign);
     let (amount, kept) = (fitted.amount(), found.identifiability.kept.len());
-    let held_out = evidence.campaign.select(|index, _| found.held_out.get(index).copied().unwrap_or(false));
+    let held_out = evidence.campaign.select(|index, _| found.holds_out(index));
     let few = super::amount::few_held_out(&held_out.amount());
     super::amount::too_little(&amount, kept, limits).into_iter().chain(few).collect()
 }

@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::again::Fall;
 use super::evidence::{Evidence, Limits};
 use super::readings::AS_GOOD;
 use super::shown::{mm, number};
@@ -138,8 +139,7 @@ pub(super) fn as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
         return Vec::new();
     }
     let chosen = drawn(campaign, &Limits { readings: READINGS, ..*limits });
-    let is_fitted = |index: usize| !found.held_out.get(index).copied().unwrap_or(false);
-    let some = campaign.select(|index, reading| is_fitted(index) && chosen[reading.pose]);
+    let some = campaign.select(|index, reading| !found.holds_out(index) && chosen[reading.pose]);
     let none = vec![false; some.readings.len()];
     let left = |campaign: &Campaign, steps: Option<usize>| {
         let settings = Settings {
@@ -166,13 +166,8 @@ pub(super) fn as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
     let others: String = alike
         .map(|(meant, error)| format!("; or {} ({} mm): {}?", with(*meant), mm(*error), meant.question()))
         .collect();
-    let message = format!(
-        "with {} the error of calibration falls from {} to {} mm: {}?{others}",
-        with(best),
-        mm(here),
-        mm(there),
-        best.question()
-    );
+    let fall = Fall { before: here, after: there };
+    let message = format!("{}: {}?{others}", fall.words(&with(best)), best.question());
     let remedy = "look at `mass` and `com` under `payloads:`, and at `units:`; weigh what the tool carried; or are springs that are held off by \
                   as much?";
     // Springs that are off stand in for another mass, and for no other rows.
@@ -180,5 +175,5 @@ pub(super) fn as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
         true => Diagnostic::warning(message).code(Code::WrongUnits).remedy(remedy),
         false => Diagnostic::error(message).code(Code::Misread).remedy(ROWS),
     };
-    vec![diagnostic.figure("before_mm", 1e3 * here).figure("after_mm", 1e3 * there)]
+    vec![fall.put(diagnostic)]
 }

@@ -3,13 +3,14 @@
 //! with it leaves.
 
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
+use super::again::{Fall, again};
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::Hypothesis;
 use super::readings::explained;
-use super::shown::mm;
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::{Calibration, Settings, calibrate, far_off};
+use crate::estimation::{Calibration, far_off};
 
 /// Where calibration leaves far more than the stated noise, the same with the last joint negated, else with base or tool estimated as well:
 /// the first with which the error falls to what noise can be.
@@ -26,11 +27,9 @@ pub(super) fn as_placed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic>
     let decisive = |way: Hypothesis| {
         let mut moved = campaign.clone();
         way.apply(model, &mut moved, &mut model.registry.nominal());
-        let settings = Settings { only: Some(found.slots.clone()), second_order: false, ..Settings::default() };
-        let again = calibrate(model, &moved, &found.held_out, &settings, &mut |_| {}).ok()?;
+        let again = again(model, &moved, found)?;
         // With an axis turned round a robot is another one of the same motions: constants that no arm has explain nothing.
-        let falls = again.converged()
-            && again.noise_ratio <= most
+        let falls = again.noise_ratio <= most
             && again.noise_ratio * limits.fall <= found.noise_ratio
             && far_off(model, &again).next().is_none();
         falls.then(|| (vec![way], again.after.fit.distance[1]))
@@ -40,7 +39,8 @@ pub(super) fn as_placed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic>
     let last = model.variables.len();
     let is_sign = |way: &&Hypothesis| matches!(way, Hypothesis::Negated(joint) if joint + 1 == last && last > 1);
     let unknowns = ways.iter().filter(|way| way.adds_unknowns());
-    let named = ways.iter().filter(is_sign).chain(unknowns).copied().find_map(decisive);
+    let tried: Vec<Hypothesis> = ways.iter().filter(is_sign).chain(unknowns).copied().collect();
+    let named = tried.into_par_iter().find_map_first(decisive);
     let Some(named) = named else { return gravity_elsewhere(evidence, limits, found).into_iter().collect() };
     vec![explained(evidence, "calibration", Some(found.after.fit.distance[1]), &[named], &|_| None)]
 }
@@ -63,32 +63,25 @@ fn gravity_elsewhere(evidence: &Evidence, limits: &Limits, found: &Calibration) 
     if size == 0.0 {
         return None;
     }
-    let settings = Settings { only: Some(found.slots.clone()), second_order: false, ..Settings::default() };
     let left = |axis: [f64; 3]| {
         let mut model = evidence.model.clone();
         model.structure.gravity = size * Vector3::from(axis);
-        let again = calibrate(&model, evidence.campaign, &found.held_out, &settings, &mut |_| {}).ok()?;
+        let again = again(&model, evidence.campaign, found)?;
         let falls = again.noise_ratio <= most && again.noise_ratio * limits.fall <= found.noise_ratio;
         // As above, an axis turned round explains nothing.
-        let is_sound = again.converged() && far_off(&model, &again).next().is_none();
-        (is_sound && falls).then_some(again.after.fit.distance[1])
+        (falls && far_off(&model, &again).next().is_none()).then(|| Fall::between(found, &again))
     };
     // What the fit without the constants that were held explains by itself is no matter of gravity.
-    let unchanged = calibrate(evidence.model, evidence.campaign, &found.held_out, &settings, &mut |_| {}).ok()?;
-    if unchanged.noise_ratio * limits.fall <= found.noise_ratio {
+    let unchanged = again(evidence.model, evidence.campaign, found);
+    if unchanged.is_some_and(|unchanged| unchanged.noise_ratio * limits.fall <= found.noise_ratio) {
         return None;
     }
     let of = |(axis, written)| Some((written, left(axis)?));
-    let (written, left) = DIRECTIONS.into_iter().filter_map(of).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let before = found.after.fit.distance[1];
-    let message = format!(
-        "with `gravity` of the description along {written} the error of calibration falls from {} to {} mm: is its sign wrong, or does the robot \
-         hang or stand on a wall?",
-        mm(before),
-        mm(left)
-    );
+    let all: Vec<(&str, Fall)> = DIRECTIONS.into_par_iter().filter_map(of).collect();
+    let (written, fall) = all.into_iter().min_by(|a, b| a.1.after.total_cmp(&b.1.after))?;
+    let with = fall.words(&format!("`gravity` of the description along {written}"));
+    let message = format!("{with}: is its sign wrong, or does the robot hang or stand on a wall?");
     let remedy =
         format!("`gravity` is the acceleration in axes of the base: `gravity: {written}`, as of a robot so mounted");
-    let diagnostic = Diagnostic::error(message).code(Code::Misread).remedy(remedy);
-    Some(diagnostic.figure("before_mm", 1e3 * before).figure("after_mm", 1e3 * left))
+    Some(fall.put(Diagnostic::error(message).code(Code::Misread).remedy(remedy)))
 }

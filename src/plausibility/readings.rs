@@ -262,11 +262,12 @@ pub(super) fn explained(
     let remedy = joined(std::iter::once(remedies(first)).chain(others), "; or: ");
     // Of lengths alone, where they are told apart.
     let length = |parts: Option<[f64; 2]>, error: f64| 1e3 * parts.map_or(error, |[lengths, _]| lengths);
-    Diagnostic::error(message)
-        .code(code)
-        .remedy(remedy)
-        .figure("before_mm", before.map_or(f64::NAN, |before| length(at_first, before)))
-        .figure("after_mm", length(found[0], *after))
+    let diagnostic = Diagnostic::error(message).code(code).remedy(remedy);
+    let diagnostic = match before {
+        Some(before) => diagnostic.figure("before_mm", length(at_first, before)),
+        None => diagnostic,
+    };
+    diagnostic.figure("after_mm", length(found[0], *after))
 }
 
 /// Parts in their order, each once.
@@ -373,7 +374,7 @@ const NEARLY_ALL: f64 = 0.1;
 pub(super) fn describes_the_readings(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let Some(found) = evidence.calibrated() else { return Vec::new() };
     let campaign = evidence.campaign;
-    let is_fitted = |index: usize| !found.held_out.get(index).copied().unwrap_or(false);
+    let is_fitted = |index: usize| !found.holds_out(index);
     let left = |residual: &[f64]| {
         let own = errors(campaign, residual, limits).enumerate().filter(|(index, _)| is_fitted(*index));
         median(&mut own.map(|(_, error)| error).collect::<Vec<f64>>())

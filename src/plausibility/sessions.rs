@@ -2,12 +2,13 @@
 
 use nalgebra::Point3;
 
+use super::again::fitted;
 use super::evidence::{Evidence, Limits};
 use super::shown::mm;
 use super::trial::typical;
 use crate::description::campaign::{Campaign, InSession, Reading, Sharing};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::{Calibration, RegistrationSettings, Settings, calibrate, registered};
+use crate::estimation::{Calibration, RegistrationSettings, registered};
 use crate::kinematics::Geometry;
 use crate::math::{distinct, mean_rms_max};
 use crate::model::Model;
@@ -150,15 +151,16 @@ pub(super) fn agree_calibrated(evidence: &Evidence, limits: &Limits) -> Vec<Diag
         let own = separated(campaign, &parts, part)?;
         let arranged = model.arranged(&own);
         let slots = found.slots.iter().filter_map(|&slot| arranged.registry.slot(&model.registry[slot].name));
-        let settings = Settings { only: Some(slots.collect()), second_order: false, ..Settings::default() };
-        let again = calibrate(&arranged, &own, &found.held_out, &settings, &mut |_| {}).ok()?;
+        let again = fitted(&arranged, &own, &found.held_out, Some(slots.collect()))?;
         let apart = apart(&arranged, &own, &again.values, &parts, part)?;
-        again.converged().then(|| Tried { part, error: again.after.fit.distance[1], apart })
+        Some(Tried { part, error: again.after.fit.distance[1], apart })
     };
-    let noise = mean_rms_max(campaign.readings.iter().map(|reading| reading.noise.position[0]))[1];
+    let stated = mean_rms_max(campaign.readings.iter().map(|reading| reading.noise.position[0]))[1];
     let shared = found.after.fit.distance[1];
     let best = [Part::Base, Part::Tool].into_iter().filter_map(tried).min_by(|a, b| a.error.total_cmp(&b.error));
     let is_reported = |best: &Tried| {
+        // Where no noise is stated what is left is the greatest that it can be.
+        let noise = if campaign.sigma.is_some() { stated } else { best.error };
         shared >= limits.sessions_fall * best.error && best.apart.greatest() >= limits.sessions_apart * noise
     };
     let reported = |best: Tried| reported(&best, shared, &parts, "calibration");

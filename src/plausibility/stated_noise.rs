@@ -5,7 +5,7 @@ use super::fitted::Fitted;
 use crate::description::campaign::{NoiseOrigin, Reading};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, row_kinds, row_sigmas};
-use crate::math::median;
+use crate::math::{median, project_off};
 
 /// Names of the quantities and the keys under `instrument:` that state their noise.
 const QUANTITIES: [(&str, &str); 3] =
@@ -105,8 +105,7 @@ fn hiding(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     }
     let hidden = found.identifiability.rank.saturating_sub(found.identifiability.kept.len());
     let all = Fitted::of_all(evidence).filter(|all| hidden > 0 && all.freedom() >= limits.noise_freedom)?;
-    let left = &all.residual - &all.basis * all.basis.tr_mul(&all.residual);
-    let ratio = left.norm() / all.freedom().sqrt();
+    let ratio = project_off(&all.residual, &all.basis).norm() / all.freedom().sqrt();
     if ratio >= limits.noise[0] {
         return None;
     }

@@ -11,7 +11,7 @@ use super::evidence::Limits;
 use super::hypothesis::{Hypothesis, own_slots};
 use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::{RegistrationSettings, registered, row_sigmas};
-use crate::math::{distinct, median};
+use crate::math::{distinct, median, norm};
 use crate::model::Model;
 use crate::observation::Noise;
 use crate::parameter::{Group, Kind, Slot};
@@ -230,7 +230,7 @@ pub fn parts(campaign: &Campaign, residual: &[f64]) -> Option<[f64; 2]> {
         let own = own.filter_map(|(reading, rows)| {
             let (lengths, rotations) = rows.split_at(reading.observes.length_rows().min(rows.len()));
             let rows = if is_rotation { rotations } else { lengths };
-            (!rows.is_empty()).then(|| rows.iter().map(|r| r * r).sum::<f64>().sqrt())
+            (!rows.is_empty()).then(|| norm(rows))
         });
         median(&mut own.collect::<Vec<f64>>())
     };
@@ -277,6 +277,6 @@ pub fn searching(campaign: &Campaign, limits: &Limits) -> RegistrationSettings {
 
 /// Size of the noise of a reading, m: the mean over the campaign.
 pub fn noise(campaign: &Campaign) -> f64 {
-    let size = |reading: &Reading| reading.noise.position.iter().map(|sigma| sigma * sigma).sum::<f64>().sqrt();
+    let size = |reading: &Reading| norm(&reading.noise.position);
     campaign.readings.iter().map(size).sum::<f64>() / campaign.readings.len().max(1) as f64
 }

@@ -1,7 +1,7 @@
 //! Springs that the description declares and the calibration leaves as they are: geometry then takes up what load moves.
 
+use super::again::Fall;
 use super::evidence::{Evidence, Limits};
-use super::shown::mm;
 use super::trial::noise;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Settings, What, calibrate};
@@ -28,19 +28,14 @@ pub(super) fn are_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagn
     let what = Some(What { geometric: true, elastic: true });
     let settings = Settings { what, second_order: false, ..Settings::default() };
     let Ok(again) = calibrate(model, campaign, &found.held_out, &settings, &mut |_| {}) else { return Vec::new() };
-    let there = again.after.fit.distance[1];
+    let fall = Fall::between(found, &again);
     // A part of an error that springs take up may be another cause's.
-    let is_noise = again.noise_ratio <= limits.joints_fall && here >= limits.joints_fall * there;
-    if !again.converged() || !is_noise {
+    if !again.converged() || again.noise_ratio > limits.joints_fall || !fall.is_by(limits.joints_fall) {
         return Vec::new();
     }
-    let message = format!(
-        "with the springs of the description fitted as well the error of calibration falls from {} to {} mm: load moves these readings, and \
-         constants of the geometry take that up",
-        mm(here),
-        mm(there)
-    );
+    let with = fall.words("the springs of the description fitted as well");
+    let message = format!("{with}: load moves these readings, and constants of the geometry take that up");
     let remedy = "write `calibrate: [geometry, joint-offset, joint-compliance]` into the campaign; for `identify` alone `--what geometric,elastic`";
-    let diagnostic = Diagnostic::warning(message).code(Code::Misread).remedy(remedy);
-    vec![diagnostic.figure("before_mm", 1e3 * here).figure("after_mm", 1e3 * there)]
+    let diagnostic = Diagnostic::warning(message).code(Code::SpringsHeld).remedy(remedy);
+    vec![fall.put(diagnostic)]
 }

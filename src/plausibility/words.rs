@@ -98,6 +98,14 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
             "names of the markers shifted?",
             MARKERS,
         ),
+        Hypothesis::Anchors(a, b) => {
+            let name = |k: usize| campaign.targets.get(k).map_or("", |target| target.name.as_str());
+            Words::new(
+                format!("the anchors `{}` and `{}` exchanged", name(a), name(b)),
+                "anchors swapped?",
+                "name the anchors right in the column `anchor`, or under `anchors:`",
+            )
+        }
         Hypothesis::DescriptionAngles(factor) => description_angles(factor),
         Hypothesis::FrameAfter => convention("after", "classical-dh"),
         Hypothesis::FrameBefore(_) => convention("before", "modified-dh"),

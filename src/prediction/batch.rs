@@ -1,6 +1,6 @@
 //! Predictions of all readings of a campaign, and their derivatives.
 
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
 use super::columns::{Columns, ReadingRows, elastic};
@@ -43,6 +43,15 @@ pub struct Linearised {
     /// Derivatives of the predictions, row-major, rows as `residual`, a column for each of [`Predictor::slots`];
     /// empty if not asked for.
     pub jacobian: Vec<f64>,
+}
+
+impl Linearised {
+    /// Derivatives (rows x columns) and residuals over the standard deviations of the rows (m, rad).
+    pub fn whitened(&self, sigmas: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
+        let width = self.jacobian.len() / self.residual.len().max(1);
+        let columns = DMatrix::from_fn(sigmas.len(), width, |row, k| self.jacobian[row * width + k] / sigmas[row]);
+        (columns, DVector::from_fn(sigmas.len(), |row, _| self.residual[row] / sigmas[row]))
+    }
 }
 
 impl<'a> Predictor<'a> {

@@ -10,6 +10,7 @@ use crate::compensation::{Hold, Sides};
 use crate::description::robot::Variable;
 use crate::description::table::Sheet;
 use crate::description::units::Units;
+use crate::math::norm;
 use crate::observation::POSE;
 use crate::results::units::{mm, shown, shown_unit};
 use crate::results::{CompensatedPoint, Compensation, CorrectedPoint, StripLeft};
@@ -113,7 +114,7 @@ fn let_go(found: &Compensation) -> String {
 }
 
 fn row(found: &Compensation, point: &CorrectedPoint) -> Vec<String> {
-    let norm = |v: &[f64; 3]| format!("{:.4}", mm(v.iter().map(|v| v * v).sum::<f64>().sqrt()));
+    let norm = |v: &[f64; 3]| format!("{:.4}", mm(norm(v)));
     let mut row = vec![(point.index + 1).to_string(), point.name.clone()];
     match &point.before {
         Some(d) => row.extend([&d.all, &d.geometry, &d.weight, &d.wrench, &d.effects].map(norm)),

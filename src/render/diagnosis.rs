@@ -9,7 +9,7 @@ use crate::description::raw::RawAmount;
 use crate::diagnosis::{
     Autocorrelation, CauseParameter, Curve, EffectAtSite, Excluded, FewAngles, Level, Stability, Verdict,
 };
-use crate::results::{Cause, Diagnosis, Location, NextPose, NoiseFrom, Refitted, Rejected, WeightSource};
+use crate::results::{Cause, Diagnosis, Location, NextPose, NoiseFrom, Refitted, Rejected, ShownNoise, WeightSource};
 
 /// Most outliers listed.
 const OUTLIERS: usize = 20;
@@ -36,13 +36,13 @@ pub fn diagnosis(found: &Diagnosis, screen: Screen) -> String {
         let more = found.outliers_at.len().saturating_sub(OUTLIERS);
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         let places: Vec<&str> = found.outliers_at.iter().take(OUTLIERS).map(String::as_str).collect();
-        let _ = writeln!(out, "outliers, set aside: {}{more}\n", places.join(", "));
+        let _ = writeln!(out, "outliers, excluded: {}{more}\n", places.join(", "));
     }
     out += &location(&found.location, screen);
     if !found.structure.is_empty() {
         let one = |s: &Autocorrelation| format!("{} {:+.2} (p {:.3})", s.against, s.correlation, s.p);
         let all: Vec<String> = found.structure.iter().map(one).collect();
-        let _ = writeln!(out, "correlation left between neighbours: {}", all.join(", "));
+        let _ = writeln!(out, "residual autocorrelation between neighbours: {}", all.join(", "));
     }
     out += &open(found);
     out.push('\n');
@@ -50,7 +50,7 @@ pub fn diagnosis(found: &Diagnosis, screen: Screen) -> String {
     if !found.rejected.is_empty() {
         let _ = writeln!(out, "all readings, by degree of freedom: {:.4} mm with no effect", found.with_none);
         let row = |r: &Rejected| vec![r.effect.clone(), r.site.clone(), format!("{:.4}", r.rms_after), r.why.into()];
-        let header = ["not taken", "at", "rms with it alone mm", "why"];
+        let header = ["rejected", "at", "rms with it alone mm", "why"];
         out += &screen.table(&header, found.rejected.iter().take(REJECTED).map(row));
     }
     // The best pose of all for the first pair.
@@ -111,7 +111,7 @@ fn named(found: &Diagnosis, causes: &[Cause]) -> String {
     let count = found.outliers.len();
     match causes {
         [cause] if cause.effect == "outliers" => {
-            format!("outliers ({count} reading{} set aside)", if count == 1 { "" } else { "s" })
+            format!("outliers ({count} reading{} excluded)", if count == 1 { "" } else { "s" })
         }
         [cause] => cause.claim.clone(),
         [others @ .., last] => {
@@ -172,7 +172,7 @@ fn cause(number: usize, cause: &Cause) -> String {
         let named = |EffectAtSite { effect, site }: &EffectAtSite| format!("{effect} at {site}");
         let rivals: Vec<String> = cause.indistinguishable_from.iter().map(named).collect();
         let _ = match cause.level {
-            Level::Law => writeln!(out, "   these readings cannot tell it from: {}", rivals.join(", ")),
+            Level::Law => writeln!(out, "   not distinguishable by these readings from: {}", rivals.join(", ")),
             _ => writeln!(out, "   nearest   {}", rivals.join(", ")),
         };
     }
@@ -224,7 +224,7 @@ fn open(found: &Diagnosis) -> String {
     if matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained) && rest.rms > 0.0 {
         let at = match (&rest.site, &rest.follows) {
             (Some(site), Some(follows)) => format!("most of it at {site}, going with {follows}"),
-            _ => "no curve at one site carries most of it".into(),
+            _ => "no free curve at one site explains most of it".into(),
         };
         let _ = writeln!(out, "open: {:.4} mm above the noise; {at}", rest.rms);
     }
@@ -232,7 +232,7 @@ fn open(found: &Diagnosis) -> String {
         let FewAngles { site, variable, at_deg, half_width_deg, amount_deg, share } = few;
         let _ = writeln!(
             out,
-            "open at a few angles: {:.0} % of the squares that stay (known noise taken off) lie at {site} where {variable} is within {at_deg:.0} +- \
+            "open at a few angles: {:.0} % of the residual variance above the noise lies at {site} where {variable} is within {at_deg:.0} +- \
              {half_width_deg:.0} deg ({amount_deg:+.3} deg at most): look at teeth and bearing rings there, and measure more of these angles",
             100.0 * share
         );
@@ -244,11 +244,18 @@ fn open(found: &Diagnosis) -> String {
         let all: Vec<String> = found.not_tried.iter().map(|one| format!("{} ({})", one.effect, one.needs)).collect();
         let _ = writeln!(out, "not tried, for what is missing: {}", all.join("; "));
     }
+    if let Some(ShownNoise { value, source }) = found.noise.instrument {
+        let by = source.shown_by().unwrap_or("other readings");
+        let _ = writeln!(
+            out,
+            "noise of the instrument alone {value:.4} mm (rms of a reading, from {by}); what readings of one configuration share is in addition"
+        );
+    }
     if found.noise.source == NoiseFrom::Leftover {
         out += "noise not known: the model's own leftover stands for it, which cannot show that nothing is left\n";
     }
     if found.noise.orientation == Some(WeightSource::Residuals) {
-        out += "noise of orientations not stated: they are weighed by what the model leaves of them\n";
+        out += "noise of orientations not stated: estimated from their residuals\n";
     }
     if let Some([some, all]) = found.drawn_from {
         let _ =
@@ -257,7 +264,7 @@ fn open(found: &Diagnosis) -> String {
     let Refitted { effects, parameters } = &found.refitted;
     if !parameters.is_empty() {
         let names = if effects.is_empty() { "base and tool alone".into() } else { effects.join(", ") };
-        let _ = writeln!(out, "re-fitted with whatever is tried: {names} ({} parameters)", parameters.len());
+        let _ = writeln!(out, "refitted with each hypothesis: {names} ({} parameters)", parameters.len());
     }
     out + &found.own_weight.of_readings() + "\n"
 }
@@ -265,7 +272,7 @@ fn open(found: &Diagnosis) -> String {
 fn location(found: &Location, screen: Screen) -> String {
     let mut out = String::from("where the gap lies\n");
     if found.sites.is_empty() {
-        out += "no site could carry it by a free error\n";
+        out += "no error at a single site explains it\n";
     } else {
         let rows = found.sites.iter().take(SITES).map(|s| {
             let shown = |v: f64| format!("{:.0}", 100.0 * v);
@@ -289,10 +296,10 @@ fn location(found: &Location, screen: Screen) -> String {
 fn next(pose: &NextPose) -> String {
     let [one, other] = &pose.separates;
     if pose.sigmas < 1.0 {
-        return format!("\nno configuration within the limits tells {one} from {other} by as much as the noise\n");
+        return format!("\nno configuration within the limits separates {one} and {other} by more than the noise\n");
     }
     format!(
-        "\nto tell {one} from {other}, measure where they differ by {:.3} mm ({:.0} sigma): see next_poses in --format json\n",
+        "\nto distinguish {one} and {other}, measure where they differ by {:.3} mm ({:.0} sigma): see next_poses in --format json\n",
         pose.apart, pose.sigmas
     )
 }

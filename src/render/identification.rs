@@ -223,21 +223,15 @@ fn certainty(found: &Identification) -> String {
             "the error of {within} of the {all} configurations held out lies in its predicted 95 % interval"
         );
     }
-    let shown_by = match found.noise_sources.position {
-        WeightSource::Stated => None,
-        WeightSource::Residuals => {
-            out += "noise not known: the model's own leftover stands for it in all intervals\n";
-            None
-        }
-        WeightSource::Markers => Some("distances between rigid markers"),
-        WeightSource::Repeats => Some("readings repeated in place"),
-        WeightSource::References => Some("fixed reflectors"),
-    };
+    let shown_by = found.noise_sources.position.shown_by();
+    if found.noise_sources.position == WeightSource::Residuals {
+        out += "noise not known: the model's own leftover stands for it in all intervals\n";
+    }
     if let (Some(shown_by), Some(noise)) = (shown_by, found.noise) {
         let _ = writeln!(out, "noise not stated: {noise:.4} mm (rms of a reading) from {shown_by}");
     }
     if found.noise_sources.orientation == Some(WeightSource::Residuals) {
-        out += "noise of orientations not stated: they are weighed by what the model leaves of them\n";
+        out += "noise of orientations not stated: estimated from their residuals\n";
     }
     if let Some(ratio) = found.noise_ratio {
         let noise = if shown_by.is_some() { "that" } else { "the stated" };

@@ -1,6 +1,7 @@
 //! Solutions of the inverse model as text.
 
 use super::table::Screen;
+use crate::math::norm;
 use crate::results::InverseSolutions;
 use crate::results::units::{shown, shown_unit};
 
@@ -20,9 +21,7 @@ pub fn solutions(found: &InverseSolutions, screen: Screen) -> String {
         let mut row = vec![(n + 1).to_string()];
         row.extend(joints.map(|(q, is_angle)| format!("{:.4}", shown(*q, *is_angle))));
         row.push(format!("{:.1e}", solution.position_error * 1e6));
-        row.extend(
-            solution.standard_uncertainty.map(|u| format!("{:.1}", u.iter().map(|u| u * u).sum::<f64>().sqrt() * 1e6)),
-        );
+        row.extend(solution.standard_uncertainty.map(|u| format!("{:.1}", norm(&u) * 1e6)));
         row
     });
     let mut out = screen.table(&header, rows);

@@ -54,7 +54,7 @@ fn under_load(found: &Stiffness, screen: Screen) -> String {
         found.own_weight.words("--weight adds it")
     );
     if let Some(factor) = found.load_factor.filter(|factor| *factor < FAR_FROM_BUCKLING) {
-        let _ = writeln!(out, "the loads may grow {factor:.2} fold before they use up the stiffness (buckling)\n");
+        let _ = writeln!(out, "buckling load factor {factor:.2}\n");
     }
     if found.by_rules {
         return out + "fuzzy compliance replaces springs and beams: no strain-energy shares\n";

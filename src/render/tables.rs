@@ -5,6 +5,7 @@ use std::path::Path;
 
 use crate::description::campaign::{Campaign, InSession};
 use crate::description::table::Sheet;
+use crate::math::norm;
 use crate::observation::{Observes, ValueColumn};
 use crate::parameter::Kind;
 use crate::results::{ConfigurationResidual, DescriptionResiduals, Identification, PartErrors, ReadingErrors};
@@ -55,7 +56,7 @@ pub fn residuals(found: &DescriptionResiduals, campaign: &Campaign, file: &Path)
     }
     sheet.column("error", |row| match readings[row].error.as_slice() {
         [] => String::new(),
-        error => format!("{:.9}", error.iter().map(|e| e * e).sum::<f64>().sqrt()),
+        error => format!("{:.9}", norm(error)),
     });
     if found.predicted_uncertainty.is_some() {
         for (k, name) in ["x", "y", "z"].into_iter().enumerate() {

@@ -12,7 +12,7 @@ use crate::description::campaign::raw::JointSource;
 use crate::description::campaign::{Campaign, NoiseOrigin};
 use crate::diagnostic::Diagnostic;
 use crate::estimation::{What, candidates};
-use crate::math::{distinct, mean_rms_max};
+use crate::math::{distinct, mean_rms_max, norm};
 use crate::model::Model;
 use crate::noise::{NoiseEstimate, Repeated, reference_noise, repeats, rigid_markers};
 use crate::observation::Observes;
@@ -309,7 +309,7 @@ fn range(model: &Model, campaign: &Campaign, k: usize) -> JointRange {
 fn loads(campaign: &Campaign) -> Option<AppliedLoads> {
     let loaded = || campaign.readings.iter().map(|reading| reading.wrench).filter(|wrench| *wrench != [0.0; 6]);
     let greatest = |from: usize| {
-        let sizes = loaded().map(|w| w[from..from + 3].iter().map(|v| v * v).sum::<f64>().sqrt());
+        let sizes = loaded().map(|w| norm(&w[from..from + 3]));
         sizes.fold(0.0, f64::max)
     };
     let readings = loaded().count();

@@ -9,6 +9,7 @@ use crate::description::campaign::raw::RawCertificate;
 use crate::description::campaign::{Campaign, NoiseOrigin};
 use crate::diagnostic::Diagnostic;
 use crate::estimation::Calibration;
+use crate::math::norm;
 use crate::model::Model;
 use crate::review::{Direction, Repeated, repeated};
 
@@ -193,7 +194,7 @@ impl Certificate {
                 (Some(verdict), Some(reason))
             }
         };
-        let size = |own: &[f64; 3]| mm(COVERAGE * own.iter().map(|u| u * u).sum::<f64>().sqrt());
+        let size = |own: &[f64; 3]| mm(COVERAGE * norm(own));
         let predicted = predicted.filter(|all| !all.is_empty()).map(|all| {
             let squares = all.iter().map(|own| size(own).powi(2)).sum::<f64>();
             [(squares / all.len() as f64).sqrt(), all.iter().map(size).fold(0.0, f64::max)]
@@ -248,7 +249,7 @@ fn decide(max: f64, tolerance: f64, expanded: Option<f64>) -> (Verdict, String) 
 
 /// Euclidean position errors of all readings, mm; 0 of readings without lengths.
 fn sizes(campaign: &Campaign, residual: &[f64]) -> Vec<f64> {
-    let size = |own: &[f64]| mm(own.iter().map(|v| v * v).sum::<f64>().sqrt());
+    let size = |own: &[f64]| mm(norm(own));
     campaign.by_reading(residual, 1).map(|(reading, own)| size(&own[..reading.observes.length_rows()])).collect()
 }
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::own_weight::OwnWeight;
 use crate::compensation::{self, Hold, Outcome, Point, Refusal, Sides};
 use crate::description::robot::Variable;
-use crate::math::mean_rms_max;
+use crate::math::{mean_rms_max, norm};
 use crate::model::Model;
 use crate::process::Bent;
 
@@ -301,7 +301,7 @@ impl Compensation {
                 point.standard_uncertainty = all.get(point.index).copied();
             }
         }
-        let size = |own: [f64; 3]| own.iter().map(|u| u * u).sum::<f64>().sqrt();
+        let size = |own: [f64; 3]| norm(&own);
         let sizes: Vec<f64> = self.met().filter_map(|point| point.standard_uncertainty).map(size).collect();
         self.uncertainty = Some(Distances::of(sizes.into_iter()));
         self

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use indexmap::IndexMap;
 use serde::Serialize;
 
-use super::identification::{NoiseSources, WeightSource};
+use super::identification::{NoiseSources, WeightSource, stated_error};
 use super::own_weight::OwnWeight;
 use super::since::Since;
 use super::units::mm;
@@ -205,6 +205,27 @@ pub struct Noise {
     pub source: NoiseFrom,
     /// Of orientations; `None` where no reading has both a position and an orientation.
     pub orientation: Option<WeightSource>,
+    /// That of the instrument alone, as `identify` states it, where rigid markers or fixed reflectors show it and nothing shows what all readings of
+    /// a configuration share.
+    pub instrument: Option<ShownNoise>,
+}
+
+/// Noise of an instrument that readings without the robot show.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ShownNoise {
+    /// Root mean square of a reading, mm.
+    pub value: f64,
+    /// What shows it.
+    pub source: WeightSource,
+}
+
+impl ShownNoise {
+    fn new(campaign: &Campaign) -> Option<Self> {
+        let source = NoiseSources::new(campaign).position;
+        let is_shown = matches!(source, WeightSource::Markers | WeightSource::References);
+        let value = stated_error(campaign).filter(|_| is_shown && campaign.sigma.is_some())?;
+        Some(Self { value: mm(value), source })
+    }
 }
 
 /// How figures came about.
@@ -261,7 +282,7 @@ pub struct Diagnosis {
     /// How many configurations were drawn of how many, where all of them would take too much memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drawn_from: Option<[usize; 2]>,
-    /// What is re-fitted with whatever is tried: names of effects, and the parameters which that are here.
+    /// What is refitted with each hypothesis: names of effects, and the parameters which that are here.
     pub refitted: Refitted,
     /// What has moved since an earlier description, where one was given: the geometry and springs that it states, fitted without causes.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -271,7 +292,7 @@ pub struct Diagnosis {
     pub campaign: String,
 }
 
-/// What is re-fitted with whatever is tried.
+/// What is refitted with each hypothesis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refitted {
     /// Effects under `calibrate:`, or what stands for it.
@@ -338,6 +359,7 @@ impl Diagnosis {
                 value: mm(gap.noise),
                 orientation: NoiseSources::new(campaign).orientation,
                 source: found.noise_source.into(),
+                instrument: ShownNoise::new(campaign).filter(|_| found.noise_source == NoiseSource::Residual),
             },
             rest: Rest { rms: mm(found.rest.rms), ..found.rest.clone() },
             hypotheses: found.hypotheses,

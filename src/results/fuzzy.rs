@@ -8,7 +8,7 @@ use crate::description::campaign::Campaign;
 use crate::description::fuzzy::{Branch, Component, Input, Premise, Rules};
 use crate::estimation::Errors;
 use crate::estimation::fuzzy::{self, FuzzyFit, GreyFit, LocalFit, TreeStep};
-use crate::math::{distinct, mean_rms_max};
+use crate::math::{distinct, mean_rms_max, norm};
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -475,7 +475,7 @@ impl MethodErrors {
         let all = !held_out.contains(&true);
         let force = |k: usize| {
             let w = &campaign.readings[k].wrench;
-            w[..3].iter().map(|v| v * v).sum::<f64>().sqrt().round() as i64
+            norm(&w[..3]).round() as i64
         };
         let judged: Vec<(i64, &[f64])> = residual
             .chunks(campaign.observes.rows())
@@ -487,7 +487,7 @@ impl MethodErrors {
         let row = |size: Option<i64>| {
             let of: Vec<&[f64]> =
                 judged.iter().filter(|(own, _)| size.is_none_or(|size| *own == size)).map(|(_, r)| *r).collect();
-            let [_, rms, max] = mean_rms_max(of.iter().map(|r| r.iter().map(|v| v * v).sum::<f64>().sqrt()));
+            let [_, rms, max] = mean_rms_max(of.iter().map(|r| norm(*r)));
             let axis = |k: usize| mm(of.iter().map(|r| r[k].abs()).fold(0.0, f64::max));
             let (max_x, max_y, max_z) = (axis(0), axis(1), axis(2));
             MethodRow { load: size, readings: of.len(), rms: mm(rms), max: mm(max), max_x, max_y, max_z }

@@ -114,6 +114,18 @@ pub enum WeightSource {
     Residuals,
 }
 
+impl WeightSource {
+    /// What shows a noise that is not stated; `None` of one that is, and of residuals.
+    pub fn shown_by(self) -> Option<&'static str> {
+        match self {
+            Self::Markers => Some("distances between rigid markers"),
+            Self::Repeats => Some("readings repeated in place"),
+            Self::References => Some("fixed reflectors"),
+            Self::Stated | Self::Residuals => None,
+        }
+    }
+}
+
 /// Where the noise comes from by which readings are weighed and intervals judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct NoiseSources {
@@ -312,7 +324,7 @@ impl Identification {
 }
 
 /// Root mean square position error that the noise of the readings makes, m; `None` where none holds a length.
-fn stated_error(campaign: &Campaign) -> Option<f64> {
+pub(super) fn stated_error(campaign: &Campaign) -> Option<f64> {
     let square = |reading: &Reading| -> f64 {
         let lengths = reading.observes.length_rows();
         reading.observes.sigmas(&reading.noise)[..lengths].iter().map(|s| s * s).sum()

@@ -55,7 +55,8 @@ pub use compensator::{
 pub use configurations::ConfigurationResidual;
 pub use counts::{PartCount, ReadingOrder};
 pub use diagnosis::{
-    AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, NoiseFrom, Notes, Refitted, Region, Rejected,
+    AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, Noise, NoiseFrom, Notes, Refitted, Region,
+    Rejected, ShownNoise,
 };
 pub use errors::{CoordinateErrors, FitOrCheck, OrientationErrors, ReadingErrors};
 pub use fitted::FittedReport;

@@ -7,6 +7,7 @@ use super::errors::ReadingErrors;
 use super::units::{deg, mm};
 use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::errors_of;
+use crate::math::norm;
 use crate::model::Model;
 
 /// Errors of a part of the readings.
@@ -85,7 +86,6 @@ const WORST: usize = 5;
 
 /// The readings whose residuals are greatest in terms of their noise, the worst first.
 pub fn worst(model: &Model, campaign: &Campaign, residual: &[f64], held_out: &[bool]) -> Vec<WorstReading> {
-    let norm = |of: &[f64]| of.iter().map(|v| v * v).sum::<f64>().sqrt();
     let readings = campaign.by_reading(residual, 1).enumerate();
     let mut found: Vec<WorstReading> = readings
         .map(|(index, (reading, own))| {

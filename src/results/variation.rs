@@ -1,5 +1,6 @@
 //! How what pushes on the tool moves it along a path depends on what is declared. SI.
 
+use crate::math::norm;
 use serde::Serialize;
 
 use super::Distances;
@@ -22,9 +23,8 @@ impl PathDeviations {
     pub fn new(points: Vec<Option<[f64; 3]>>) -> Self {
         let along = |axis: usize| Distances::of(points.iter().flatten().map(move |by| by[axis].abs()));
         let all = [0, 1, 2].map(along);
-        let size = |by: &[f64; 3]| by.iter().map(|v| v * v).sum::<f64>().sqrt();
         Self {
-            distance: Distances::of(points.iter().flatten().map(size)),
+            distance: Distances::of(points.iter().flatten().map(norm)),
             greatest: all.map(|of| of.max),
             rms: all.map(|of| of.rms),
             points,

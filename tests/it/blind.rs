@@ -140,7 +140,7 @@ fn names_are_false_only_where_nothing_excuses_them() {
     one.named[0].tied = true;
     assert!(!one.has_false_name());
     // Of what nobody knows, no law is right and a family is.
-    one.truth.kind = "unknown".into();
+    one.truth.kind = Kind::Unknown;
     one.named[0].tied = false;
     assert!(!one.is_right());
     one.named[0].effect = "family:elastic".into();
@@ -203,7 +203,7 @@ fn a_workshop_measures_any_robot() {
         let text = std::fs::read_to_string(path).expect("a truth");
         let truth: Truth = serde_json::from_str(&text).expect("JSON");
         assert_eq!(
-            (truth.kind.as_str(), truth.robot.as_str()),
+            (truth.kind.name(), truth.robot.as_str()),
             (kinds[k % 6], ["scara", "on-a-rail", "barrett-wam"][k / 6])
         );
         assert_eq!(truth.causes.len(), [1, 1, 2, 0, 2, 1][k % 6], "{truth:?}");

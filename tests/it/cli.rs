@@ -270,13 +270,14 @@ fn a_campaign_is_checked_before_anything_is_fitted() {
     assert_eq!(ran.status, 0, "{}", ran.out);
     // It holds what is declared apart from the model.
     let with = "payloads: {gripper: {mass: 5, com: [0, 0, 50]}}\ngear_ratios: {q1: 100}\n\
-                combinations: {maker: {a2: {1.d: 1, 2.d: 1}}}\n";
+                combinations: {maker: {a2: {1.d: 1, 2.d: 1}}}\nvalidity: {joints: {q1: [-1, 1]}, time: [0, 60]}\n";
     let written = |text: &str| std::fs::write(path.join("arm.yaml"), format!("{arm}{text}")).expect("written");
     written(with);
     let said = run(path, &["check", "arm.yaml", "--snapshot", "apart"]);
     assert_eq!(said.status, 0, "{}", said.err);
     assert_eq!(run(path, &["check", "arm.yaml", "--snapshot", "apart"]).status, 0);
-    for (old, new) in [("mass: 5", "mass: 6"), ("0, 50]", "0, 60]"), ("q1: 100", "q1: 101"), ("2.d: 1", "2.d: 2")] {
+    let changes = [("mass: 5", "mass: 6"), ("0, 50]", "0, 51]"), ("q1: 100", "q1: 101"), ("2.d: 1", "2.d: 2")];
+    for (old, new) in changes.into_iter().chain([("[-1, 1]", "[-1, 2]"), ("[0, 60]", "[0, 61]")]) {
         written(&with.replace(old, new));
         let ran = run(path, &["check", "arm.yaml", "--snapshot", "apart"]);
         assert!(ran.status == 1 && ran.out.contains("differs"), "{new}: {}{}", ran.out, ran.err);

@@ -388,3 +388,91 @@ fn a_written_description_leaves_what_was_claimed() {
     let rms = left["all"]["rms"].as_f64().expect("a figure");
     assert!(rms < 0.1, "{rms} mm: {}", ran.out);
 }
+
+/// Lengths from two anchors under each other's names.
+#[test]
+fn exchanged_anchors_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let robot =
+        fs::read_to_string(format!("{}/robots/universal-ur5.yaml", env!("CARGO_MANIFEST_DIR"))).expect("a robot");
+    let anchors = "anchors: {A: [1500, 0, 0], B: [0, 1500, 0], C: [-1200, -900, 300]}\n";
+    fs::write(at.join("arm.yaml"), format!("{robot}\n{anchors}")).expect("written");
+    ok(at, &["simulate", "arm.yaml", "--observes", "distance", "--poses", "40", "--seed", "5", "--into", "d"]);
+    let found = json(&run(at, &["identify", "d", "--format", "json"]));
+    assert!(of_code(&found, "misread").is_empty(), "{}", found["diagnostics"]);
+    spoil(&at.join("d"), |t: &mut Table| {
+        let anchor = t.column("anchor");
+        for row in &mut t.rows {
+            row[anchor] = match row[anchor].as_str() {
+                "A" => "B".into(),
+                "B" => "A".into(),
+                other => other.into(),
+            };
+        }
+    });
+    refuses(at, &["identify", "d"], "misread", &["the anchors `A` and `B` exchanged"]);
+}
+
+/// Two sessions of which one is of another machine of the type: each is calibrated to its noise, and both together are not.
+#[test]
+fn sessions_of_two_machines_are_not_calibrated_together() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let simulate = |name: &str, seed: &str| {
+        let arguments =
+            ["simulate", "universal-ur5", "--poses", "50", "--noise", "0.03", "--unknown-base", "--unknown-tool"];
+        ok(at, &[&arguments[..], &["--seed", seed, "--into", name]].concat());
+    };
+    simulate("one", "21");
+    simulate("two", "22");
+    let text = fs::read_to_string(at.join("one/campaign.yaml")).expect("a campaign");
+    let pooled = |other: &str| {
+        let files = format!(
+            "measurements:\n- {{file: one/measurements.csv, session: monday}}\n- {{file: {other}, session: friday}}\n"
+        );
+        let text = text.replace("measurements: measurements.csv\n", &files).replace("base: true", "base: per-session");
+        let text = text.replace("tool: true", "tool: per-session");
+        fs::write(at.join("both.yaml"), text).expect("written");
+    };
+    pooled("two/measurements.csv");
+    let arguments = ["identify", "both.yaml", "--format", "json", "--save", "pooled.yaml"];
+    let ran = run(at, &arguments);
+    let said = of_code(&json(&ran), "sessions-differ");
+    assert!(said.iter().any(|own| own.to_string().contains("not of one robot")), "{}{}", ran.out, ran.err);
+    assert!(ran.status != 0 && !at.join("pooled.yaml").exists(), "{}", ran.err);
+    // The same machine on another day.
+    let table = fs::read_to_string(at.join("one/measurements.csv")).expect("a table");
+    let (head, rows) = table.split_once('\n').expect("a head");
+    let rows: Vec<&str> = rows.lines().collect();
+    let (first, second) = rows.split_at(rows.len() / 2);
+    let write = |name: &str, rows: &[&str]| fs::write(at.join(name), format!("{head}\n{}\n", rows.join("\n")));
+    write("two/measurements.csv", second).expect("written");
+    write("one/measurements.csv", first).expect("written");
+    let ran = run(at, &arguments);
+    assert!(ran.status == 0 && of_code(&json(&ran), "sessions-differ").is_empty(), "{}{}", ran.out, ran.err);
+}
+
+/// A joint set anew half-way, and no noise stated by which its step could be judged.
+#[test]
+fn a_step_without_a_stated_noise_is_seen() {
+    let folder = starter();
+    let at = folder.path();
+    let path = at.join("c/campaign.yaml");
+    let text = fs::read_to_string(&path).expect("a campaign");
+    let lines = text.lines().filter(|line| !line.starts_with("instrument:"));
+    fs::write(&path, lines.map(|line| format!("{line}\n")).collect::<String>()).expect("written");
+    let arguments = ["identify", "c", "--save", "s.yaml", "--format", "json"];
+    let sound = run(at, &arguments);
+    assert!(sound.status == 0 && of_code(&json(&sound), "moved-midway").is_empty(), "{}{}", sound.out, sound.err);
+    fs::remove_file(at.join("s.yaml")).expect("a description");
+    spoil(&at.join("c"), |t: &mut Table| {
+        let (joint, count) = (t.column("q3"), t.rows.len());
+        for row in &mut t.rows[count / 2..] {
+            row[joint] = (row[joint].parse::<f64>().expect("deg") + 0.5).to_string();
+        }
+    });
+    let ran = run(at, &arguments);
+    assert_eq!(of_code(&json(&ran), "moved-midway").len(), 1, "{}{}", ran.out, ran.err);
+    assert!(ran.status != 0 && !at.join("s.yaml").exists(), "{}", ran.err);
+}

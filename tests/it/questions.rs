@@ -135,7 +135,7 @@ fn campaign_without_calibrate_is_calibrated_as_identify_does() {
     let left = |value: &serde_json::Value| value.as_f64().expect("a number");
     let ratio = left(&found["gap"]["rms"]) / left(&fitted["residuals"]["after"]["rms"]);
     assert!((0.8..1.25).contains(&ratio), "{ratio}");
-    assert!(run(at, &["diagnose", "own"]).out.contains("re-fitted with whatever is tried: geometry, joint-offset ("));
+    assert!(run(at, &["diagnose", "own"]).out.contains("refitted with each hypothesis: geometry, joint-offset ("));
     replaced("calibrate: []\n");
     let bare = run(at, &["diagnose", "own"]);
     assert_eq!(bare.status, 0, "{}", bare.err);

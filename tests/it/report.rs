@@ -266,7 +266,7 @@ fn proposed_configurations_are_listed_and_drawn() {
     let (path, value, text, _, scale) =
         figures(&html).into_iter().find(|f| f.0 == "/diagnose/next_poses/0/joints/q2").expect("told");
     assert!((text.parse::<f64>().expect(&path) - value.to_degrees()).abs() < 0.0051 && (scale - 57.29578).abs() < 1e-4);
-    assert!(html.contains("These readings cannot tell it from"));
+    assert!(html.contains("Not distinguishable by these readings from"));
 }
 
 /// One reading 50 mm off: text, JSON and page have the same figures, before and after it is set aside, and name its line.

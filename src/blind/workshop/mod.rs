@@ -13,10 +13,10 @@ use rand_chacha::ChaCha8Rng;
 
 use super::causes::Drawing;
 use super::design::{Bench, Design, normal};
-use super::make::{Drawn, Kind, OUTLIER, drawn_causes};
+use super::make::{Drawn, OUTLIER, drawn_causes};
 use super::projection::Projection;
 use super::shapes::Shape;
-use super::truth::{Instrument, Truth, TruthCause};
+use super::truth::{Instrument, Kind, Truth, TruthCause};
 use crate::description::campaign::Campaign;
 use crate::model::Model;
 use crate::prediction::PredictionError;
@@ -78,7 +78,7 @@ pub fn draw(
     fresh.name = format!("{name}, afresh");
     let truth = Truth {
         name: name.into(),
-        kind: kind.name().into(),
+        kind,
         robot: design.robot.into(),
         observes: if design.is_deflection { "deflection" } else { "position" }.into(),
         noise: sigma,

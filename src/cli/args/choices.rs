@@ -19,6 +19,9 @@ macro_rules! choices {
             fn to_possible_value(&self) -> Option<PossibleValue> {
                 Some(match self {
                     $(Self::$variant => PossibleValue::new($name).help($help),)*
+                    // What is no choice.
+                    #[allow(unreachable_patterns)]
+                    _ => return None,
                 })
             }
         }

@@ -339,7 +339,7 @@ impl Answered {
         let mut one = answer.open(truth.clone());
         sealed.tied(&mut one)?;
         let left_out = match &truth.causes[..] {
-            [cause] if command.leave_out && truth.kind == Kind::Single.name() => {
+            [cause] if command.leave_out && truth.kind == Kind::Single => {
                 without(&sealed.loaded.robot.model, &sealed.loaded.campaign, &cause.effect)
             }
             _ => None,

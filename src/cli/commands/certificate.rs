@@ -1,5 +1,6 @@
 //! `report --certificate`: what a customer is given.
 
+use super::delivery::Delivery;
 use super::identify::{left_to_fit, not_computed};
 use super::report::{CHECK, page};
 use crate::Error;
@@ -12,7 +13,6 @@ use crate::model::with_values;
 use crate::plausibility::{Evidence, Limits, forced, judge};
 use crate::prediction::FittedUncertainty;
 use crate::render::html::certificate_page;
-use crate::render::xml::xml;
 use crate::results::Certificate;
 
 pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
@@ -58,16 +58,6 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         certificate.doubted(&doubts);
     }
     let (html, answer) = certificate_page(&certificate, &calibrated.robot.unwrap_or_default(), &doubts)?;
-    let mut output = Output::new(format!("{answer}\n"), &certificate)?;
-    output.diagnostics = loaded.diagnostics;
-    let mut output = output.judged(judged, force)?;
-    output.failed |= !certificate.converged;
-    if let Some(path) = &command.json {
-        output.file("\nits data", path, serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n");
-    }
-    if let Some(path) = &command.xml {
-        output.file("\nits data", path, xml("certificate", &output.with_diagnostics()?));
-    }
-    output.page("\ncertificate", page.as_deref(), html);
-    Ok(output)
+    let delivery = Delivery { command, session, page, diagnostics: loaded.diagnostics, judged };
+    delivery.finish("certificate", &certificate, format!("{answer}\n"), html, certificate.converged)
 }

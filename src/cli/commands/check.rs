@@ -12,7 +12,7 @@ use crate::plausibility::{Evidence, Limits, as_stiff_as_arms, judge};
 use crate::render::campaign::campaign as render_campaign;
 use crate::render::robot as render;
 use crate::results::{CampaignCheck, RobotSummary, SnapshotAgreement};
-use crate::snapshot::{apart_from_model, snapshot};
+use crate::snapshot::{apart_from_model, range_of, snapshot};
 
 pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
     if session.reader.is_campaign(&command.file) {
@@ -26,13 +26,15 @@ pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
     let mut text = render::robot(&found, &loaded.model, &loaded.raw, session.terminal.screen);
     let mut files = Vec::new();
     if let Some(path) = &command.snapshot {
-        // Snapshots of earlier versions hold no units, or nothing apart from the model.
+        // Snapshots of earlier versions hold no units, nothing apart from the model, or no range of validity.
         let without_units = snapshot(&loaded.model)?;
         let of_model = format!("{without_units}\n{}", units(&loaded.raw.units)?);
-        let new = format!("{of_model}{}", apart_from_model(&loaded.robot));
+        let without_range = format!("{of_model}{}", apart_from_model(&loaded.robot));
+        let range = loaded.raw.validity.as_ref().map(range_of).unwrap_or_default();
+        let new = format!("{without_range}{range}");
         let old = old(path)?;
         let shown = path.display();
-        let agrees = old.as_ref().is_none_or(|old| [&new, &of_model, &without_units].contains(&old));
+        let agrees = old.as_ref().is_none_or(|old| [&new, &without_range, &of_model, &without_units].contains(&old));
         text = match &old {
             Some(_) if agrees => format!("{} agrees with {shown}\n", command.file),
             Some(old) => format!(

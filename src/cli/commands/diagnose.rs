@@ -185,7 +185,7 @@ pub fn worse_than_found(described: &Described, session: &Session) -> Result<Opti
         false => [
             "the description with the causes",
             "it was computed to first order, which the amounts exceed",
-            "mend the first cause in the description (its size, its springs), or measure what tells the tied causes apart, and diagnose again",
+            "mend the first cause in the description (its size, its springs), or measure poses that separate the tied causes, and diagnose again",
         ],
     };
     let message = format!(

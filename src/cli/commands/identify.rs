@@ -21,6 +21,7 @@ use crate::estimation::{
 use crate::files::{LoadedCampaign, writable_table};
 use crate::least_squares::Loss;
 use crate::math::distinct;
+use crate::math::quantiles::HUBER;
 use crate::model::{Model, of_sessions, with_values};
 use crate::parameter::{Group, Slot};
 use crate::plausibility::{Evidence, Limits, forced, judge, why_not_computed};
@@ -340,9 +341,8 @@ fn not_declared(model: &Model, campaign: &Campaign, found: &Calibration) -> Opti
 
 /// A warning of constants that are fitted although `calibrate:` does not name them.
 fn not_asked(model: &Model, campaign: &Campaign, found: &Calibration) -> Option<Diagnostic> {
-    let is_constant = |slot: &&Slot| model.registry[**slot].group == Group::Geometry;
-    let kept = found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column));
-    let count = kept.filter(is_constant).count();
+    let is_constant = |slot: &Slot| model.registry[*slot].group == Group::Geometry;
+    let count = found.kept_slots().into_iter().filter(is_constant).count();
     let is_named = campaign.calibrate.is_empty() || campaign.calibrate.iter().any(|name| name == "geometry");
     (count > 0 && !is_named).then(|| {
         let names: Vec<String> = campaign.calibrate.iter().map(|name| format!("`{name}`")).collect();
@@ -386,7 +386,7 @@ pub(super) fn loss(robust: &Robust) -> Result<Loss, Error> {
 }
 
 /// Scales of the losses where none is given: 95 % efficient on normal noise.
-const USUAL_SCALES: [f64; 3] = [1.345, 2.385, 4.685];
+const USUAL_SCALES: [f64; 3] = [HUBER, 2.385, 4.685];
 
 /// Refuses a campaign of which all readings, or all that are loaded, are held out to check.
 pub fn left_to_fit(campaign: &Campaign, held_out: &[bool]) -> Result<(), Error> {

@@ -21,6 +21,7 @@ use crate::estimation::fuzzy::{
 use crate::estimation::{Settings, What, calibrate};
 use crate::files::{LoadedCampaign, schema_line};
 use crate::least_squares::Progress;
+use crate::math::norm;
 use crate::model::{Model, with_fuzzy, with_values};
 use crate::prediction::residuals;
 use crate::render::fuzzy as render;
@@ -284,7 +285,7 @@ fn axes(model: &Model, name: Option<&str>) -> Result<AxesOf, Error> {
 }
 
 fn is_under(reading: &Reading, force: Option<f64>) -> bool {
-    let size = reading.wrench[..3].iter().map(|v| v * v).sum::<f64>().sqrt();
+    let size = norm(&reading.wrench[..3]);
     force.is_none_or(|force| (size - force).abs() < 1e-3 * force.max(1.0))
 }
 
@@ -295,11 +296,7 @@ fn under(campaign: &Campaign, held_out: &[bool], force: f64) -> Result<(Campaign
     let set: Vec<bool> =
         campaign.readings.iter().zip(held_out).filter(|(r, _)| of(r)).map(|(_, held_out)| *held_out).collect();
     if set.iter().all(|held_out| *held_out) {
-        let mut sizes: Vec<String> = campaign
-            .readings
-            .iter()
-            .map(|r| format!("{:.0}", r.wrench[..3].iter().map(|v| v * v).sum::<f64>().sqrt()))
-            .collect();
+        let mut sizes: Vec<String> = campaign.readings.iter().map(|r| format!("{:.0}", norm(&r.wrench[..3]))).collect();
         sizes.sort_by(|a, b| (a.len(), a).cmp(&(b.len(), b)));
         sizes.dedup();
         return Err(Error::input(

@@ -8,6 +8,7 @@ pub mod compensator;
 pub mod completions;
 mod controller_terms;
 pub mod convert;
+mod delivery;
 mod designed;
 pub mod diagnose;
 pub mod explain;

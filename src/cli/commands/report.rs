@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use sources::sources;
 
+use super::delivery::Delivery;
 use super::diagnose::{Described, worse_than_found};
 use super::identify::{compared, holds_lengths, left_to_fit, not_computed, other};
 use crate::Error;
@@ -16,7 +17,7 @@ use crate::cli::session::Session;
 use crate::diagnostic::Code;
 use crate::estimation::{Settings, split};
 use crate::files::{is_device, writable};
-use crate::plausibility::{Evidence, Limits, doubts, forced, judge, judge_result};
+use crate::plausibility::{Evidence, Limits, doubts, judge, judge_result};
 use crate::render::html::write;
 use crate::results::{CombinedParameters, Report};
 use crate::review::review;
@@ -59,24 +60,15 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let described = Described::new(&loaded.robot, campaign, &review.diagnosis);
     judged.extend(worse_than_found(&described, session)?);
     Output::gate(&judged, force, &loaded.diagnostics)?;
-    let shown = if force { forced(judged.clone()) } else { judged.clone() };
-    // That it did not converge stands in the report itself.
-    let shown = shown.into_iter().filter(|found| found.code != Code::NotConverged);
-    report.diagnostics = loaded.diagnostics.iter().cloned().chain(shown).collect();
-    let html = write(&review, &mut report)?;
-    drop(bar);
-    let answer = report.answer.as_deref().unwrap_or_default();
-    let mut output = Output::new(format!("{}\n\n{answer}\n", campaign.name), &report)?;
-    output.diagnostics = loaded.diagnostics;
     // That it did not converge stands in the report itself.
     judged.retain(|found| found.code != Code::NotConverged);
-    let mut output = output.judged(judged, force)?;
-    output.failed |= report.identify.as_ref().is_some_and(|found| !found.converged);
-    if let Some(path) = &command.json {
-        output.file("\nits data", path, serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n");
-    }
-    output.page("\nreport", page.as_deref(), html);
-    Ok(output)
+    let delivery = Delivery { command, session, page, diagnostics: loaded.diagnostics, judged };
+    report.diagnostics = delivery.shown();
+    let html = write(&review, &mut report)?;
+    drop(bar);
+    let text = format!("{}\n\n{}\n", campaign.name, report.answer.as_deref().unwrap_or_default());
+    let is_converged = report.identify.as_ref().is_none_or(|found| found.converged);
+    delivery.finish("report", &report, text, html, is_converged)
 }
 
 /// Where the page goes: `--output`, or the usual name; none where JSON is asked for.

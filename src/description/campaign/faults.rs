@@ -180,7 +180,7 @@ fn instrument(
 /// A noise that grows by more of the distance than that of any instrument.
 fn coarse(instrument: &RawInstrument, locate: Locate) -> Option<Diagnostic> {
     let ppm = instrument.ppm.filter(|ppm| *ppm > COARSEST && *ppm <= 1e6)?;
-    let message = format!("`ppm: {ppm}` of the instrument is beyond reason: a tape measure has less than {COARSEST}");
+    let message = format!("`ppm: {ppm}` of the instrument is implausible: a tape measure has less than {COARSEST}");
     let diagnostic = Diagnostic::warning(message).code(Code::Doubtful).at(locate(&["instrument", "ppm"]));
     Some(diagnostic.remedy("give parts per million of the distance: 10 of a tracker is 0.01 mm in a metre"))
 }

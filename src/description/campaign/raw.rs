@@ -46,7 +46,7 @@ pub struct RawCampaign {
     pub instrument: Option<RawInstrument>,
     /// What of the measuring arrangement is unknown.
     pub estimate: RawEstimate,
-    /// Effects known to be present everywhere; re-fitted with whatever is tried, never offered as the cause. Where it is left out, what
+    /// Effects known to be present everywhere; refitted with each hypothesis, never offered as the cause. Where it is left out, what
     /// `identify` fits: geometry and zeros of joints, or of deflections the description's springs. `[]` re-fits nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub calibrate: Option<Vec<String>>,

@@ -7,7 +7,7 @@ use crate::description::units::{Angle, Length};
 use crate::diagnostic::{Code, Diagnostic};
 
 use crate::diagnostic::Locate;
-use crate::math::median;
+use crate::math::{median, norm};
 
 /// Greatest sum of the lengths of a robot's frames, m.
 const LONGEST: f64 = 50.0;
@@ -188,7 +188,7 @@ fn heavy_or_far(raw: &RawRobot, reach: f64, locate: Locate) -> Vec<Diagnostic> {
             let remedy = format!("masses here are in {}: check the value", mass.symbol());
             all.push(warning.code(Code::Implausible).at(locate(&["bodies", name, "mass"])).remedy(remedy));
         }
-        let far = body.com.map(|com| com.iter().map(|v| v * v).sum::<f64>().sqrt() * length.factor());
+        let far = body.com.map(|com| norm(&com) * length.factor());
         if let Some(far) = far.filter(|far| *far > (FARTHEST * reach).max(NEAR)) {
             let warning = Diagnostic::warning(format!(
                 "the centre of mass of body `{name}` lies {far:.2} m from its frame, where all lengths of the robot together are {reach:.2} m"
@@ -226,7 +226,7 @@ const BALANCED: f64 = 1e-3;
 fn centres_in_metres(raw: &RawRobot, reach: f64, locate: Locate) -> Option<Diagnostic> {
     // In the file's unit, as the centres are.
     let reach = reach / raw.units.length.factor();
-    let size = |com: [f64; 3]| com.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let size = |com: [f64; 3]| norm(&com);
     let off: Vec<(&String, f64)> = raw
         .bodies
         .iter()
@@ -254,7 +254,7 @@ pub(super) const CENTRED: f64 = 1e-3;
 /// Bodies as heavy as half of them at least, in a file that is not in metres, whose centres of mass lie hundreds of times nearer to
 /// their frames than those of the others: light parts of a wrist may be balanced so well.
 fn heavy_centres_in_metres(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
-    let size = |com: [f64; 3]| com.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let size = |com: [f64; 3]| norm(&com);
     let off: Vec<(&String, f64, f64)> = raw
         .bodies
         .iter()

@@ -134,7 +134,7 @@ pub fn elasticity_within(
     let of_stiffness = covariance.map_with_location(|i, j, c| c / (squares[i] * squares[j]));
     let size = of_stiffness.diagonal().max();
     let Some(weights) = (of_stiffness / size).cholesky().and_then(|factor| factor.l().try_inverse()) else {
-        return refuse("the readings do not tell the compliances at the angles from each other");
+        return refuse("the readings do not separate the compliances at the angles");
     };
     let (elasticity, residual) = weighted(at, found, &(weights / size.sqrt()), |_| Some(t95(freedom)))?;
     let degrees = found.len() as f64 - 3.0;

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 use super::value::{CompensatorError, DEGENERATE, Value, refuse};
 use crate::estimation::covariance::Covariance;
 use crate::least_squares::{self, Bounds, EvaluationError, Problem};
-use crate::math::linear::singular_values;
+use crate::math::linear::{Svd, singular_values};
 use crate::math::{left_jacobian, nearest_rotation};
 
 /// The circle of P1 about P2.
@@ -87,26 +87,22 @@ pub fn anchor(arcs: &[Vec<Vector3<f64>>]) -> Result<Vector3<f64>, CompensatorErr
         );
     }
     let middle = arcs.iter().flatten().sum::<Vector3<f64>>() / count as f64;
-    let (mut scatter, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    let (mut points, mut right) = (Vec::new(), Vec::new());
     for arc in arcs {
         let mean = arc.iter().sum::<Vector3<f64>>() / arc.len() as f64 - middle;
         let mean_square = arc.iter().map(|p| (p - middle).norm_squared()).sum::<f64>() / arc.len() as f64;
-        for p in arc {
-            let (p, square) = (p - middle - mean, (p - middle).norm_squared() - mean_square);
-            scatter += p * p.transpose();
-            right += p * (0.5 * square);
-        }
+        points.extend(arc.iter().map(|p| p - middle - mean));
+        right.extend(arc.iter().map(|p| 0.5 * ((p - middle).norm_squared() - mean_square)));
     }
-    // Singular values of the stacked points are the roots of these, their directions the same.
-    let mut directions: Vec<(f64, Vector3<f64>)> = {
-        let found = scatter.symmetric_eigen();
-        (0..3).map(|k| (found.eigenvalues[k], found.eigenvectors.column(k).into_owned())).collect()
-    };
-    directions.sort_by(|a, b| b.0.total_cmp(&a.0));
-    if directions[1].0 < DEGENERATE * directions[0].0.max(f64::MIN_POSITIVE) || directions[0].0 <= 0.0 {
-        return refuse("the reference points move along a line or not at all: no centre is seen from them");
+    let unseen = || refuse("the reference points move along a line or not at all: no centre is seen from them");
+    let stacked = DMatrix::from_fn(points.len(), 3, |row, k| points[row][k]);
+    let Some(Svd { left, values, right: directions }) = Svd::new(&stacked) else { return unseen() };
+    if values[0] <= 0.0 || values[1] < DEGENERATE.sqrt() * values[0] {
+        return unseen();
     }
-    let in_plane = directions[..2].iter().map(|(size, d)| d * (d.dot(&right) / size)).sum::<Vector3<f64>>();
+    let along = left.tr_mul(&DVector::from_vec(right));
+    let in_plane: Vector3<f64> =
+        (0..2).map(|k| Vector3::from_fn(|i, _| directions[(i, k)]) * (along[k] / values[k])).sum();
     Ok(middle + in_plane)
 }
 

@@ -63,7 +63,7 @@ pub fn fit_local(
 ) -> Result<LocalFit, CalibrationError> {
     let settings = Settings { what: Some(What { geometric: false, elastic: true }), ..settings.clone() };
     let parametric = calibrate(task.model, task.campaign, task.held_out, &settings, progress)?;
-    let kept = parametric.identifiability.kept.iter().map(|&column| parametric.slots[column]);
+    let kept = parametric.kept_slots().into_iter();
     let slots: Vec<Slot> = kept.filter(|&slot| LocalSprings::can_hold(&task.model.registry[slot])).collect();
     if slots.is_empty() {
         return Err(CalibrationError::Malformed("the readings determine no spring that rules could replace".into()));

@@ -38,7 +38,7 @@ use super::statistics::{Errors, errors_of};
 use super::weighing::calibrate;
 use crate::description::fuzzy::{Component, Fuzzy};
 use crate::least_squares::Progress;
-use crate::math::mean_rms_max;
+use crate::math::{mean_rms_max, norm};
 use crate::model::Model;
 use crate::prediction::residuals;
 use components::grow_components;
@@ -193,7 +193,7 @@ fn finished(
     let errors = [false, true].map(|set| errors_of(campaign, &residual, |i| held_out[i] == set));
     let rigid = [false, true].map(|set| {
         let of = campaign.readings.iter().zip(held_out).filter(|(_, held_out)| **held_out == set);
-        mean_rms_max(of.map(|(r, _)| r.measured[..3].iter().map(|v| v * v).sum::<f64>().sqrt()))[1]
+        mean_rms_max(of.map(|(r, _)| norm(&r.measured[..3])))[1]
     });
     let levels = levels::levels(campaign, &residual);
     Ok(FuzzyFit { values, grown, errors, rigid, residual, levels, model })

@@ -7,6 +7,7 @@ use super::super::jacobian::{By, ErrorColumns, shift};
 use super::super::limits::beyond_limits;
 use super::super::rates::Rates;
 use super::super::rotation_vector;
+use super::least_step::LeastSteps;
 use super::target::{Hold, Target};
 use crate::description::raw::JointKind;
 use crate::description::robot::Motion;
@@ -217,14 +218,13 @@ impl<'a> Problem<'a> {
             }
             let mut improved = false;
             for _ in 0..30 {
-                let step = damped(&memory.columns, &f, damping * merit);
-                let largest = step.as_ref().map_or(f64::NAN, |s| s.iter().fold(0.0, |m: f64, v| m.max(v.abs())));
-                if largest.is_nan() {
+                let Some(step) = damped(&memory.columns, &f, damping * merit) else {
                     damping = 10.0 * damping + 1e-6;
                     continue;
-                }
+                };
+                let largest = step.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
                 let shorter = f64::min(1.0, LARGEST_STEP / largest.max(f64::MIN_POSITIVE));
-                for (k, step) in step.iter().flatten().enumerate() {
+                for (k, step) in step.iter().enumerate() {
                     let [low, high] = self.box_of(k, within);
                     trial[k] = (q[k] + shorter * step * self.scale[k]).max(low).min(high);
                 }
@@ -260,39 +260,11 @@ impl Errors {
     }
 }
 
-/// The step J^T (J J^T + damping)^-1 f, or its equal (J^T J + damping)^-1 J^T f where there are fewer than six columns.
+/// A damped step for the errors; `None` where that cannot be computed.
 fn damped(columns: &[[f64; 6]], f: &Vector6, damping: f64) -> Option<Vec<f64>> {
-    let few = columns.len() < 6;
-    let mut gram = Matrix6::zeros();
-    let mut right = *f;
-    if few {
-        right = Vector6::zeros();
-        for (i, a) in columns.iter().enumerate() {
-            let a = Vector6::from_column_slice(a);
-            right[i] = a.dot(f);
-            for (j, b) in columns.iter().enumerate() {
-                gram[(i, j)] = a.dot(&Vector6::from_column_slice(b));
-            }
-        }
-    } else {
-        for a in columns {
-            let a = Vector6::from_column_slice(a);
-            gram += a * a.transpose();
-        }
-    }
-    let floor = 1e-15 * gram.trace();
-    for k in 0..6 {
-        gram[(k, k)] += damping.max(floor);
-        if gram[(k, k)] == 0.0 {
-            gram[(k, k)] = 1.0;
-        }
-    }
-    let y = gram.cholesky()?.solve(&right);
-    let step = if few {
-        y.iter().take(columns.len()).copied().collect()
-    } else {
-        columns.iter().map(|a| Vector6::from_column_slice(a).dot(&y)).collect()
-    };
+    let all = || columns.iter().map(|column| Vector6::from_column_slice(column));
+    let mut step = vec![0.0; columns.len()];
+    LeastSteps::new(all(), 6, damping)?.step(all(), f, |k, value| step[k] = value);
     Some(step)
 }
 

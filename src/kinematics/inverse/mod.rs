@@ -6,8 +6,10 @@
 //! the price is that the list of branches is complete only in probability.
 
 mod descent;
+mod least_step;
 mod target;
 
+pub use least_step::LeastSteps;
 pub use target::{Hold, InverseError, InverseSettings, Solution, Target};
 
 use rand::{RngExt, SeedableRng};

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, Rotation3, Vector3, Vector6};
 
 use super::{Stop, Wanted, Work};
 use crate::kinematics::{Hold, InverseSettings, Target, Transform, solve};
+use crate::math::norm;
 use crate::prediction::{SinglePredictor, SingleWorkspace};
 
 /// Eigenvalues of the squared Jacobian below this part of the greatest are of self-motions.
@@ -187,7 +188,7 @@ impl Arm<'_> {
                     let slope = less.unwrap_or(posture.counted) - more.unwrap_or(posture.counted);
                     down.iter_mut().zip(direction).for_each(|(down, d)| *down += slope * d);
                 }
-                let size = down.iter().map(|v| v * v).sum::<f64>().sqrt();
+                let size = norm(&down);
                 if !(size > 0.0 && size.is_finite()) {
                     break;
                 }

@@ -8,6 +8,7 @@ use super::charts::{BLUE, Frame, chart};
 use super::page::{Page, Section, embedded, inert, plain, safe};
 use super::sections::{conditioning, parameters, parts};
 use crate::Error;
+use crate::math::norm;
 use crate::results::{FittedReport, ReadingErrors, Residuals};
 
 /// Most points drawn.
@@ -56,7 +57,6 @@ fn errors(report: &FittedReport, page: &Page) -> Option<Section> {
     let has =
         |of: fn(&ReadingErrors) -> bool| all.iter().filter_map(|(_, _, errors)| **errors).any(|errors| of(&errors));
     let (angles, loads) = (has(|errors| errors.orientation.is_some()), has(|errors| errors.load.is_some()));
-    let norm = |all: &Vec<f64>| all.iter().map(|v| v * v).sum::<f64>().sqrt();
     let readings = || report.readings.iter().enumerate();
     let turned = readings().filter_map(|(k, own)| Some(((k + 1) as f64, norm(own.orientation_error_deg.as_ref()?))));
     let loaded = readings().filter_map(|(k, own)| Some(((k + 1) as f64, own.load_error?.abs())));

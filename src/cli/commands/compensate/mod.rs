@@ -159,7 +159,7 @@ fn hold_doubt<'r>(
         let text =
             format!("points are out of reach or singular, and a robot of {axes} axes cannot turn its tool as it likes");
         Diagnostic::warning(text).remedy(
-            "say what it is to hold with --hold, as `--hold x,y,z,rz` of a SCARA: the rest is let go, and reported",
+            "say what it is to hold with --hold, as `--hold x,y,z,rz` of a SCARA: the other axes are free, and reported",
         )
     })
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use super::super::delivery::Delivery;
 use super::super::identify::{NO_LENGTHS, compared, not_computed, other};
 use super::sources::sources;
 use crate::Error;
@@ -12,7 +13,7 @@ use crate::cli::session::Session;
 use crate::diagnostic::Code;
 use crate::estimation::{Settings, calibrate};
 use crate::files::LoadedCampaign;
-use crate::plausibility::{Evidence, Limits, forced, judge, judge_result};
+use crate::plausibility::{Evidence, Limits, judge, judge_result};
 use crate::render::html::fitted_page;
 use crate::results::{CombinedParameters, FittedReport, Identification};
 
@@ -45,19 +46,10 @@ pub fn run(
     let sources = sources(command, session, &loaded);
     let mut report = FittedReport::new(model, campaign, &found, identify, sources, NO_LENGTHS.into());
     // That it did not converge stands in the report itself.
-    let shown = if force { forced(judged.clone()) } else { judged.clone() };
-    let shown = shown.into_iter().filter(|found| found.code != Code::NotConverged);
-    report.diagnostics = loaded.diagnostics.iter().cloned().chain(shown).collect();
-    let html = fitted_page(&mut report)?;
-    let answer = report.answer.as_deref().unwrap_or_default();
-    let mut output = Output::new(format!("{}\n\n{answer}\n", campaign.name), &report)?;
-    output.diagnostics = loaded.diagnostics;
     judged.retain(|found| found.code != Code::NotConverged);
-    let mut output = output.judged(judged, force)?;
-    output.failed |= !report.identify.converged;
-    if let Some(path) = &command.json {
-        output.file("\nits data", path, serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n");
-    }
-    output.page("\nreport", page.as_deref(), html);
-    Ok(output)
+    let delivery = Delivery { command, session, page, diagnostics: loaded.diagnostics, judged };
+    report.diagnostics = delivery.shown();
+    let html = fitted_page(&mut report)?;
+    let text = format!("{}\n\n{}\n", campaign.name, report.answer.as_deref().unwrap_or_default());
+    delivery.finish("report", &report, text, html, report.identify.converged)
 }

@@ -26,7 +26,7 @@ pub fn section(identified: Option<&Identification>, page: &Page) -> Option<Secti
         "conditioning.html",
         context! { singular => safe(singular), history => history.map(safe), correlation => map.map(safe), large => correlation.len() > 14 },
     );
-    Some(Section { id: "conditioning", title: "What these poses can tell apart".into(), html })
+    Some(Section { id: "conditioning", title: "Identifiability".into(), html })
 }
 
 fn singular_values(reduction: &Reduction) -> String {

@@ -5,6 +5,7 @@ use kuva::render::plots::Plot;
 use minijinja::{Value, context};
 
 use crate::description::campaign::Reading;
+use crate::math::norm;
 use crate::render::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
 use crate::render::html::page::{Page, Section, safe};
 use crate::results::{Identification, Report, stage_label};
@@ -29,7 +30,7 @@ pub fn section(review: &Review, report: &Report, page: &Page) -> Option<Section>
     let step = campaign.readings.len().div_ceil(POINTS).max(1);
     for (index, (reading, own)) in campaign.by_reading(&stage.residual, 1).enumerate().step_by(step) {
         let lengths = &own[..reading.observes.length_rows().min(own.len())];
-        let error = lengths.iter().map(|value| value * value).sum::<f64>().sqrt() * 1e3;
+        let error = norm(lengths) * 1e3;
         if !lengths.is_empty() {
             points[if is_reported { of(reading) } else { 0 }].push(((index + 1) as f64, error));
         }

@@ -4,7 +4,7 @@ use kuva::plot::{LinePlot, ScatterPlot};
 use kuva::render::plots::Plot;
 use minijinja::context;
 
-use crate::math::{distinct, extremes};
+use crate::math::{distinct, extremes, norm};
 use crate::render::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
 use crate::render::html::page::{Page, Section, safe};
 use crate::review::Review;
@@ -103,7 +103,6 @@ fn axes(review: &Review) -> Vec<Axis> {
         name: name.into(),
         values: campaign.readings.iter().map(|reading| of(&reading.wrench)).collect(),
     };
-    let norm = |w: &[f64]| w.iter().map(|v| v * v).sum::<f64>().sqrt();
     axes.push(load("force, N", &|w| norm(&w[..3])));
     for (k, name) in ["fx, N", "fy, N", "fz, N", "mx, N.m", "my, N.m", "mz, N.m"].into_iter().enumerate() {
         axes.push(load(name, &|w| w[k]));
