@@ -51,6 +51,7 @@ mod link_weight;
 mod motor_eccentricity;
 mod outliers;
 mod payload;
+mod range_offset;
 mod refraction;
 mod settling;
 mod slip;
@@ -69,7 +70,7 @@ use law::Law;
 impl Catalogue {
     /// The effects of `docs/effects.md`, in its order.
     pub fn standard() -> Self {
-        let laws: [&'static Law; 35] = [
+        let laws: [&'static Law; 36] = [
             &geometry::LAW,
             &joint_offset::LAW,
             &gear_ratio::LAW,
@@ -99,6 +100,7 @@ impl Catalogue {
             &warm_up::TOOL,
             &frame_drift::LAW,
             &instrument_scale::LAW,
+            &range_offset::LAW,
             &instrument_encoder::LAW,
             &refraction::LAW,
             &incidence::LAW,

@@ -11,6 +11,7 @@ use elastogeo::model::Model;
 use elastogeo::observation::{DEFLECTION, Observes, POSITION};
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
+use nalgebra::Vector3;
 use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -345,6 +346,11 @@ fn declared_effects_predict_what_they_say() {
         reading.measured[..3].iter_mut().for_each(|v| *v *= 1.0 + 2e-4);
     };
     scaled.readings.iter_mut().for_each(scale);
+    let mut ranged = still.clone();
+    for reading in &mut ranged.readings {
+        let at = Vector3::from_column_slice(&reading.measured[..3]);
+        reading.measured[..3].copy_from_slice((at * (1.0 + 2e-4 / at.norm())).as_slice());
+    }
     let mut drifting = still.clone();
     let times: Vec<f64> = (0..20).map(|k| 60.0 * f64::from(k)).collect();
     drifting.readings.iter_mut().zip(&times).for_each(|(reading, time)| reading.measured[1] += 2e-7 * time);
@@ -371,6 +377,7 @@ fn declared_effects_predict_what_they_say() {
             &[("cos", 1e-4), ("sin", -5e-5), ("order", 2.0)],
         ),
         (scaled, "instrument-scale", "instrument", &[("scale", 2e-4)]),
+        (ranged, "range-offset", "instrument", &[("offset", 2e-4)]),
         (drifting, "frame-drift", "base", &[("y", 2e-7), ("jump_at", -1.0)]),
         (jumping, "frame-drift", "base", &[("z", -3e-4), ("jump_at", 630.0)]),
         (sided, "backlash", "joint:3", &[("half_width", 1e-4), ("changes_at", 0.0)]),
