@@ -298,7 +298,7 @@ fn finish(
     match texts.document {
         Some(_) => diagnostics.extend(doubtful_sizes(&raw, &robot, &locate)),
         // A URDF has no units but its own.
-        None => diagnostics.extend(doubtful_urdf(&raw, &locate)),
+        None => diagnostics.extend(doubtful_urdf(&raw, &robot, &locate)),
     }
     // The description was checked as it stands in its file; what is left out cannot add a fault of its own.
     if leave_elements_out(&mut raw, without, &mut diagnostics) {

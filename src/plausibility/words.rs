@@ -355,7 +355,7 @@ fn turned(way: Turned) -> Words {
         }
         Turned::Reversed => (
             "the three angles of the orientations in the reverse order".into(),
-            "columns of A, B, C exchanged with those about x, y, z?",
+            "columns of A, B, C exchanged with those about x, y, z, or two of a quaternion exchanged?",
             "name the columns right under `columns:`",
         ),
         Turned::Xyz => (

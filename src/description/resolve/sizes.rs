@@ -54,9 +54,12 @@ fn wide_limits(raw: &RawRobot, locate: Locate, cure: &str) -> Option<Diagnostic>
 }
 
 /// Lengths and limits of a URDF, whose units are the metre and the radian, that no robot has.
-pub fn doubtful_urdf(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
+pub fn doubtful_urdf(raw: &RawRobot, robot: &Robot, locate: Locate) -> Vec<Diagnostic> {
     let wide = wide_limits(raw, locate, "limits of a URDF are in rad: are these written in deg?");
-    urdf_in_millimetres(raw, locate).into_iter().chain(wide).collect()
+    let long = urdf_in_millimetres(raw, locate);
+    // Of lengths that are too great masses say nothing.
+    let heavy = if long.is_some() { Vec::new() } else { heavy(raw, reach(robot), locate) };
+    long.into_iter().chain(wide).chain(heavy).collect()
 }
 
 /// Lengths of a URDF, whose unit is the metre, that no robot has.
@@ -175,19 +178,25 @@ pub fn heaviest(lengths: f64) -> f64 {
     (STEEL * lengths * (0.1 * lengths).powi(2)).clamp(LIGHT, HEAVIEST)
 }
 
+/// Masses that no robot has.
+fn heavy(raw: &RawRobot, reach: f64, locate: Locate) -> Vec<Diagnostic> {
+    let (unit, heaviest) = (raw.units.mass, heaviest(reach));
+    let of = |(name, mass): (&String, Option<f64>)| {
+        let heavy = mass.map(|value| value * unit.factor()).filter(|kg| *kg > heaviest)?;
+        let warning = Diagnostic::warning(format!(
+            "body `{name}` has a mass of {heavy:.3e} kg, in a robot whose lengths add up to {reach:.2} m"
+        ));
+        let remedy = format!("masses here are in {}: check the value", unit.symbol());
+        Some(warning.code(Code::Implausible).at(locate(&["bodies", name, "mass"])).remedy(remedy))
+    };
+    raw.bodies.iter().map(|(name, body)| (name, body.mass)).filter_map(of).collect()
+}
+
 /// Masses that no robot has, and centres of mass that lie outside it.
 fn heavy_or_far(raw: &RawRobot, reach: f64, locate: Locate) -> Vec<Diagnostic> {
-    let (length, mass) = (raw.units.length, raw.units.mass);
-    let heaviest = heaviest(reach);
-    let mut all = Vec::new();
+    let length = raw.units.length;
+    let mut all = heavy(raw, reach, locate);
     for (name, body) in &raw.bodies {
-        if let Some(heavy) = body.mass.map(|value| value * mass.factor()).filter(|kg| *kg > heaviest) {
-            let warning = Diagnostic::warning(format!(
-                "body `{name}` has a mass of {heavy:.3e} kg, in a robot whose lengths add up to {reach:.2} m"
-            ));
-            let remedy = format!("masses here are in {}: check the value", mass.symbol());
-            all.push(warning.code(Code::Implausible).at(locate(&["bodies", name, "mass"])).remedy(remedy));
-        }
         let far = body.com.map(|com| norm(&com) * length.factor());
         if let Some(far) = far.filter(|far| *far > (FARTHEST * reach).max(NEAR)) {
             let warning = Diagnostic::warning(format!(
