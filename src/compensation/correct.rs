@@ -47,7 +47,8 @@ pub fn correct(
     let mut error = held.of(&seen.to(target));
     predictor.differentiate(index, wrench, &seen, false, work);
     let singular = Refusal::Singular { condition: f64::INFINITY };
-    let (mut steps, condition) = Steps::new(model, &held, &work.jacobian).ok_or(singular.clone())?;
+    let mut steps = Steps::new(model, &held, &work.jacobian).ok_or(singular.clone())?;
+    let condition = steps.condition(&work.jacobian).ok_or(singular.clone())?;
     if condition > settings.worst_condition {
         return Err(Refusal::Singular { condition });
     }
@@ -80,7 +81,7 @@ pub fn correct(
             predictor.place(&q, work)?;
             seen = if remaining.is_infinite() { predictor.see(index, wrench, work)? } else { seen };
             predictor.differentiate(index, wrench, &seen, true, work);
-            steps = Steps::new(model, &held, &work.jacobian).ok_or(singular.clone())?.0;
+            steps = Steps::new(model, &held, &work.jacobian).ok_or(singular.clone())?;
         }
     }
     within_limits(predictor.geometry(), &q, work)?;
@@ -173,17 +174,20 @@ struct Steps<'a> {
 }
 
 impl<'a> Steps<'a> {
-    /// Of the derivatives by the variables, with the condition number of what is held; none where a direction is lost altogether.
-    fn new(model: &Model, held: &'a Held<'a>, jacobian: &[[f64; 6]]) -> Option<(Self, f64)> {
+    /// Of the derivatives by the variables; none where these are not finite.
+    fn new(model: &Model, held: &'a Held<'a>, jacobian: &[[f64; 6]]) -> Option<Self> {
         let scales: Vec<f64> = (0..jacobian.len()).map(|k| scale(model, k)).collect();
-        let columns = held.columns(jacobian, &scales);
-        let rows: Vec<usize> = (0..6).filter(|&row| held.hold.0[row]).collect();
-        let all: Vec<Vector6<f64>> = columns.clone().collect();
+        let least = LeastSteps::new(held.columns(jacobian, &scales), held.hold.count(), 0.0)?;
+        Some(Self { held, scales, least })
+    }
+
+    /// Condition number of what is held, by the derivatives of [`Steps::new`]; none where nothing moves.
+    fn condition(&self, jacobian: &[[f64; 6]]) -> Option<f64> {
+        let all: Vec<Vector6<f64>> = self.held.columns(jacobian, &self.scales).collect();
+        let rows: Vec<usize> = (0..6).filter(|&row| self.held.hold.0[row]).collect();
         let values = singular_values(&DMatrix::from_fn(rows.len(), all.len(), |row, k| all[k][rows[row]]))?;
-        let condition = values.first()? / values.last()?;
-        let least = LeastSteps::new(columns, rows.len(), 0.0)?;
-        let is_lost = !(values[0] > 0.0 && values[0].is_finite());
-        (!is_lost).then_some((Self { held, scales, least }, condition))
+        let [greatest, least] = [*values.first()?, *values.last()?];
+        (greatest > 0.0 && greatest.is_finite()).then_some(greatest / least)
     }
 
     /// The step for an error, variable by variable.

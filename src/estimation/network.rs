@@ -140,10 +140,11 @@ impl Network {
         for &spring in springs {
             items.push(Item { network: Self::Spring(spring), changed: parts(&[spring])? });
         }
-        // Of a network its first spring, which is one of `springs`.
+        // Of a network its first spring; infinite where there is none, which is no network.
         let at = |of: &[f64], network: &Self| -> f64 {
             let first = network.springs().first().copied();
-            of[springs.iter().position(|spring| Some(*spring) == first).expect("a network of these springs")]
+            let place = springs.iter().position(|spring| Some(*spring) == first);
+            place.and_then(|k| of.get(k)).copied().unwrap_or(f64::INFINITY)
         };
         // The part of a whole network: that of its first spring, less how that takes part in the network.
         let part = |of: &[f64], network: &Self| {

@@ -7,6 +7,8 @@ use crate::description::campaign::{Campaign, Sharing, Target};
 
 /// Configurations below which none is held out: the errors of one or two would mean nothing.
 const FEWEST: usize = 8;
+/// Share of the configurations that is held out where neither the campaign nor a flag says another.
+pub const CHECK: f64 = 0.25;
 /// Greatest share that is held out.
 const MOST: f64 = 0.9;
 

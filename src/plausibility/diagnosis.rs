@@ -12,7 +12,7 @@ use crate::description::resolve::heaviest;
 use crate::diagnosis::{Cause, Diagnosis, Level, NoiseSource, Verdict};
 use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::effects::Family;
-use crate::estimation::{Calibration, Settings, calibrate, split};
+use crate::estimation::{CHECK, Calibration, Settings, calibrate, split};
 use crate::math::quantiles::f_tail;
 use crate::model::{EffectEntry, EffectParameter, Model};
 use crate::observation::Purpose;
@@ -150,8 +150,7 @@ fn has_springs(found: &Diagnosis) -> bool {
     found.causes.iter().any(|cause| cause.family == Family::Elastic && cause.level == Level::Law)
 }
 
-/// Share of the configurations that `identify` holds out where the campaign does not say, and the seed by which it draws them where none is given.
-const CHECK: f64 = 0.25;
+/// Seed by which `identify` draws what is held out where none is given.
 const SEED: u64 = 1;
 
 /// Whether a marker is named as having moved on its body.

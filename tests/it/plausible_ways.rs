@@ -469,7 +469,7 @@ fn a_step_without_a_stated_noise_is_seen() {
     spoil(&at.join("c"), |t: &mut Table| {
         let (joint, count) = (t.column("q3"), t.rows.len());
         for row in &mut t.rows[count / 2..] {
-            row[joint] = (row[joint].parse::<f64>().expect("deg") + 0.5).to_string();
+            row[joint] = (row[joint].parse::<f64>().expect("deg") + 0.1).to_string();
         }
     });
     let ran = run(at, &arguments);

@@ -143,7 +143,7 @@ pub struct Identify {
     #[arg(long)]
     pub prior: bool,
     /// Share of the configurations held out to check where the campaign does not say.
-    #[arg(long, default_value_t = 0.25)]
+    #[arg(long, default_value_t = crate::estimation::CHECK)]
     pub check: f64,
     /// Draw only so many of the configurations to fit, seeded.
     #[arg(long, value_name = "N")]
@@ -184,7 +184,7 @@ pub struct Register {
     #[command(flatten)]
     pub robust: Robust,
     /// Share of the configurations held out to check where the campaign does not say.
-    #[arg(long, default_value_t = 0.25)]
+    #[arg(long, default_value_t = crate::estimation::CHECK)]
     pub check: f64,
 }
 

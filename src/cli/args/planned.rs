@@ -80,7 +80,7 @@ pub struct Simulate {
     #[arg(long, value_name = "X0:X1,Y0:Y1,Z0:Z1", allow_hyphen_values = true)]
     pub keep_out: Vec<String>,
     /// Share of configurations marked `check`.
-    #[arg(long, default_value_t = 0.25)]
+    #[arg(long, default_value_t = crate::estimation::CHECK)]
     pub check: f64,
     /// Effect to put in, its parameters in SI (`gear-ratio@joint:2:ratio=5e-4`); may be given several times. Records the
     /// conditions too.

@@ -24,7 +24,7 @@ pub struct Track {
     #[arg(long, default_value_t = 12, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub a_year: u32,
     /// Share of the configurations held out to check where a campaign does not say.
-    #[arg(long, default_value_t = 0.25)]
+    #[arg(long, default_value_t = crate::estimation::CHECK)]
     pub check: f64,
 }
 

@@ -2,12 +2,12 @@
 
 use super::delivery::Delivery;
 use super::identify::{left_to_fit, not_computed};
-use super::report::{CHECK, page};
+use super::report::page;
 use crate::Error;
 use crate::cli::args::Report as Asked;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::estimation::{Settings, calibrate, split};
+use crate::estimation::{CHECK, Settings, calibrate, split};
 use crate::files::writable;
 use crate::model::with_values;
 use crate::plausibility::{Evidence, Limits, forced, judge};

@@ -15,15 +15,12 @@ use crate::cli::args::{Arguments, Format, Report as Asked};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::diagnostic::Code;
-use crate::estimation::{Settings, split};
+use crate::estimation::{CHECK, Settings, split};
 use crate::files::{is_device, writable};
 use crate::plausibility::{Evidence, Limits, doubts, judge, judge_result};
 use crate::render::html::write;
 use crate::results::{CombinedParameters, Report};
 use crate::review::review;
-
-/// Share of the configurations held out where the campaign does not say, as `identify` does.
-pub(super) const CHECK: f64 = 0.25;
 
 pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let page = page(session.arguments, "report.html", command.json.as_deref())?;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, Const, Matrix6, Vector6};
 
-/// Share of the trace below which nothing is told from zero: rounding.
+/// Share of the trace below which a value is zero to rounding.
 const ROUNDING: f64 = 1e-15;
 
 /// Steps J' (J J' + damping)^-1 f, or their equal (J' J + damping)^-1 J' f where the variables are fewer than the directions, J having a column
