@@ -52,11 +52,12 @@ impl Hypothesis {
         EffectAtSite { effect: self.effect.name().into(), site: self.site.name.clone() }
     }
 
-    /// Leaves out the constants, and the amounts of a free curve, whose columns the nuisance or its own other columns reproduce entirely. The parameters of
-    /// any other effect belong together: they are left out all or none.
+    /// Leaves out the constants, the amounts of a free curve and those of all joints together whose columns the nuisance or its own other columns
+    /// reproduce entirely. The parameters of any other effect belong together: they are left out all or none.
     pub fn prune(&mut self, nuisance: &DMatrix<f64>) {
         let kept = independent(&self.columns, nuisance);
-        if self.constants.is_empty() && !self.effect.is_free_form() {
+        let is_of_joints = self.site.kind == SiteKind::Joints;
+        if self.constants.is_empty() && !self.effect.is_free_form() && !is_of_joints {
             if kept.is_empty() {
                 self.parameters.clear();
             }
@@ -86,7 +87,8 @@ impl Hypothesis {
             (Family::History, _) if self.effect.reads().contains(&Condition::Approach) => {
                 Some(format!("approach.{}", own(Driver::Angle)?))
             }
-            (Family::History, _) => own(Driver::LastMove),
+            (Family::History, true) => own(Driver::LastMove),
+            (Family::History, false) => Some("moves".into()),
             (Family::Time, _) => Some(Driver::Time.written(names)),
             (Family::Temperature, _) => Some(Driver::Temperature.written(names)),
             (Family::Instrument, _) => Some("position".into()),

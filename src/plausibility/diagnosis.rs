@@ -55,7 +55,8 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
         _ => diagnostic,
     };
     let is_explained = |diagnostic: &Diagnostic| match diagnostic.code {
-        Code::UnlikeDescription => is_explained,
+        // Constants had taken up what the causes are, and do not with them.
+        Code::UnlikeDescription | Code::WorseThanRegistered => is_explained,
         Code::MovedFar | Code::SpringsHeld => is_of_springs,
         _ => false,
     };

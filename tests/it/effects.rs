@@ -322,6 +322,49 @@ fn alternatives_written_as_numbers_are_read() {
     }
 }
 
+/// Joints that are read some time before they arrive together: the column of what is read is the command less what is still to come, computed
+/// here. With shares of the moves of single joints something stays.
+#[test]
+fn joints_read_in_motion_are_one_cause() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let simulate = ["simulate", "universal-ur5", "--poses", "150", "--noise", "0.05", "--errors", "0", "--seed", "5"];
+    let made = run(folder.path(), &[&simulate[..], &["--unknown-base", "--into", "c"]].concat());
+    assert_eq!(made.status, 0, "{}", made.err);
+    let path = folder.path().join("c/measurements.csv");
+    let mut table = csv::Reader::from_path(&path).expect("a table");
+    let titles = table.headers().expect("titles").clone();
+    let joints = ["q1", "q2", "q3", "q4", "q5", "q6"].map(|q| titles.iter().position(|t| t == q).expect("a column"));
+    let rows: Vec<csv::StringRecord> = table.records().map(|row| row.expect("a row")).collect();
+    let q = |row: &csv::StringRecord, k: usize| row[joints[k]].parse::<f64>().expect("an angle");
+    // Degrees, as the columns.
+    let lags = [0.08, 0.07, 0.06, 0.05, 0.04, 0.03];
+    let mut written = csv::Writer::from_path(&path).expect("a table");
+    written.write_record(&titles).expect("written");
+    for (at, row) in rows.iter().enumerate() {
+        let moved = [0, 1, 2, 3, 4, 5].map(|k| if at == 0 { 0.0 } else { q(row, k) - q(&rows[at - 1], k) });
+        let farthest = moved.iter().fold(0.0_f64, |most, moved| most.max(moved.abs()));
+        let read = |(column, value): (usize, &str)| match joints.iter().position(|own| *own == column) {
+            Some(k) if farthest > 0.0 => (q(row, k) - lags[k] * moved[k] / farthest).to_string(),
+            _ => value.to_string(),
+        };
+        written.write_record(row.iter().enumerate().map(read)).expect("written");
+    }
+    written.flush().expect("written");
+    let json = super::support::printed_json(folder.path(), &["diagnose", "c", "--robot", "universal-ur5"]);
+    let causes = json["causes"].as_array().expect("a list");
+    let [cause] = &causes[..] else { panic!("{causes:?}") };
+    assert_eq!((&cause["effect"], &cause["site"]), (&"settling".into(), &"joints".into()), "{cause}");
+    assert_eq!((&json["verdict"], &cause["level"]), (&"explained".into(), &"law".into()), "{json}");
+    // The last joint turns about the axis on which the measured point is: its lag shows nowhere.
+    let parameters = cause["parameters"].as_array().expect("a list");
+    assert_eq!(parameters.len(), 5, "{parameters:?}");
+    for (k, parameter) in parameters.iter().enumerate() {
+        let [value, ci95] = ["value", "ci95"].map(|key| parameter[key].as_f64().expect("a number").to_degrees());
+        assert_eq!(parameter["name"], format!("lag.{}", k + 1));
+        assert!((value - lags[k]).abs() < 2.0 * ci95 && ci95 < 0.02, "{parameter}");
+    }
+}
+
 /// A joint that is read before it stands still: simulated in order, written, read and named, with its share.
 #[test]
 fn settling_is_named_where_readings_are_numbered() {

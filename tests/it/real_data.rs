@@ -177,8 +177,9 @@ fn commanded_joints_give_under_their_own_weight() {
     assert!(found["after_all"]["rms"].as_f64().is_some_and(|rms| rms < 0.107), "{}", found["after_all"]);
 }
 
-/// Where joints are what the controller had recorded, two causes are known: it was read before the arm had settled, at joints 1 to 3 by 5.9, 5.9
-/// and 4.9e-4 of the last move, and the joints give under the arm's own weight. Each is one cause at several joints.
+/// Where joints are what the controller had recorded, two causes are known: it was read before the arm had settled, and the joints give under the
+/// arm's own weight. Each is one cause at several joints. The commanded joints, which the diagnosis does not see, show what each joint lacked: by
+/// least squares of another program 1.27, 1.16 and 0.79 mrad at joints 1 to 3, times the move over the greatest of all joints.
 #[test]
 fn recorded_joints_lag_and_give() {
     let Some(folder) = folder("irb120-faro") else { return };
@@ -192,8 +193,13 @@ fn recorded_joints_lag_and_give() {
     let [mut lags, mut springs] = [of("settling"), of("joint-compliance")];
     lags.sort_unstable();
     springs.sort_unstable();
-    assert_eq!(lags, ["joint:1", "joint:2", "joint:3"], "{causes:?}");
+    assert_eq!(lags, ["joints"], "{causes:?}");
     assert_eq!(springs, ["joint:2", "joint:3", "joint:4", "joint:5"], "{causes:?}");
     assert!(causes.iter().all(|cause| cause["effect"] != "link-compliance"), "{causes:?}");
-    assert!(found["after_all"]["rms"].as_f64().is_some_and(|rms| rms < 0.365), "{}", found["after_all"]);
+    let lag = causes.iter().find(|cause| cause["effect"] == "settling").expect("the lag");
+    for (parameter, shown) in lag["parameters"].as_array().expect("a list").iter().zip([1.27e-3, 1.16e-3, 0.79e-3]) {
+        let value = parameter["value"].as_f64().expect("a number");
+        assert!((value / shown - 1.0).abs() < 0.4, "{parameter}");
+    }
+    assert!(found["after_all"]["rms"].as_f64().is_some_and(|rms| rms < 0.31), "{}", found["after_all"]);
 }

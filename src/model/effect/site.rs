@@ -9,6 +9,8 @@ pub enum SiteKind {
     Frame,
     /// `joint:<n>`: one that has a coordinate; of single effects also one that an actuator's angle or a loop moves.
     Joint,
+    /// `joints`: all joints that have a coordinate, together.
+    Joints,
     /// `link:<n>`: the body that moves with frame n.
     Link,
     /// `actuator:<name>`
@@ -54,6 +56,7 @@ impl SiteKind {
         match self {
             Self::Frame => "frame:<name>",
             Self::Joint => "joint:<name>",
+            Self::Joints => "joints",
             Self::Link => "link:<name>",
             Self::Actuator => "actuator:<name>",
             Self::Base => "base",

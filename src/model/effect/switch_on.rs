@@ -88,6 +88,7 @@ impl Model {
                 sites.retain(|site| site.coordinate.is_some());
                 sites
             }
+            SiteKind::Joints => vec![site("joints".into(), 0)],
             SiteKind::Link => frames()
                 .filter(|(_, frame)| frame.joint != JointKind::Fixed)
                 .map(|(index, frame)| site(format!("link:{}", frame.name), index))
