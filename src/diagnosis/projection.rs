@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::hypothesis::Hypothesis;
 use super::linear_problem::LinearProblem;
+use crate::effects::SiteKind;
 use crate::math::linear::tr_mul;
 use crate::math::{joined, least_squares, orthonormal, project_off};
 
@@ -61,6 +62,11 @@ pub struct Projection<'a> {
     products: Vec<DMatrix<f64>>,
 }
 
+/// Standard errors beyond which an amount is certain.
+const CERTAIN: f64 = 2.0;
+/// Share of the greatest amount below which a joint has none of what all joints have. A judgement: controllers and loads of the joints of one
+/// arm differ, by a factor of five on the machine that is known (`docs/real-data.md`).
+const LEAST_OF_JOINTS: f64 = 0.1;
 /// Least diagonal of a Cholesky factor, of columns of length one, by which gains are computed from Gram matrices.
 const REGULAR: f64 = 1e-3;
 
@@ -119,7 +125,8 @@ impl<'a> Projection<'a> {
                 }
                 None => DMatrix::identity(block.ncols(), block.ncols()),
             };
-            let factor = normal.cholesky().filter(|factor| factor.l_dirty().diagonal().iter().all(|d| *d > REGULAR));
+            let factor =
+                normal.clone().cholesky().filter(|factor| factor.l_dirty().diagonal().iter().all(|d| *d > REGULAR));
             let (squares, directions, amounts) = match (factor, &used) {
                 (Some(factor), _) => {
                     let x = factor.solve(&right);
@@ -136,7 +143,9 @@ impl<'a> Projection<'a> {
                     (along.norm_squared(), own.ncols(), amounts)
                 }
             };
-            let is_plausible = self.is_plausible(h, directions, &amounts, greatest);
+            let variance = (residual.norm_squared() - squares).max(0.0) / self.freedom;
+            let is_plausible = self.is_plausible(h, directions, &amounts, greatest)
+                && self.is_of_all_joints(h, &amounts, &normal, variance);
             if is_plausible { Gain { squares, directions } } else { Gain::default() }
         };
         self.blocks.par_iter().enumerate().map(gain).collect()
@@ -162,6 +171,28 @@ impl<'a> Projection<'a> {
                 amount.abs() <= greatest * parameter.scale && (*amount >= 0.0 || can_be_negative(parameter.is_positive))
             }
         })
+    }
+
+    /// Whether amounts of all joints together, which have one cause, are not certainly of some joints alone: at least two certainly differ from
+    /// zero, and none is certainly below [`LEAST_OF_JOINTS`] of the greatest, in its direction. `normal` is the Gram matrix of the block off what
+    /// is used, `variance` that of the residuals.
+    fn is_of_all_joints(&self, h: usize, of_block: &DVector<f64>, normal: &DMatrix<f64>, variance: f64) -> bool {
+        if self.problem.hypotheses[h].site.kind != SiteKind::Joints {
+            return true;
+        }
+        let product = &self.products[h];
+        let (Some(amounts), Some(inverse)) =
+            (product.clone().lu().solve(of_block), product.tr_mul(&(normal * product)).try_inverse())
+        else {
+            return false;
+        };
+        let of = |(amount, own): (&f64, f64)| (*amount, CERTAIN * (variance * own).sqrt());
+        let known: Vec<(f64, f64)> = amounts.iter().zip(inverse.diagonal().iter().copied()).map(of).collect();
+        let certain = || known.iter().filter(|(amount, error)| amount.abs() > *error);
+        let greatest =
+            certain().fold(0.0_f64, |most, (amount, _)| if amount.abs() > most.abs() { *amount } else { most });
+        let along = |(amount, error): &(f64, f64)| amount * greatest.signum() + error;
+        certain().count() > 1 && known.iter().all(|own| along(own) > LEAST_OF_JOINTS * greatest.abs())
     }
 
     /// Cosine of the smallest angle between the columns of two hypotheses.
