@@ -16,7 +16,7 @@ use super::result::{Cause, CauseParameter, Shrinkage};
 use super::settings::OutlierSettings;
 use super::windows::{self, LEAST};
 use crate::description::campaign::Campaign;
-use crate::effects::Family;
+use crate::effects::{Condition, Family};
 use crate::estimation::{CalibrationError, errors_of};
 use crate::math::quantiles::OF_MEDIAN;
 use crate::math::{distinct, least_squares, median};
@@ -193,7 +193,13 @@ pub fn cause(
     marked: &[bool],
     left: [f64; 2],
 ) -> Result<Option<SetAside>, CalibrationError> {
-    let count = marked.iter().filter(|marked| **marked).count();
+    // Of a reading whose predecessor is not known a law of the last move cannot say what it should be.
+    let effects = members.iter().map(|&member| &competition.problem.hypotheses[member].effect);
+    let is_of_moves = effects.into_iter().any(|effect| effect.reads().contains(&Condition::LastMove));
+    let moves = &inputs.campaign.conditions.last_move;
+    let is_unknown =
+        |reading: usize| is_of_moves && moves.iter().all(|all| all.get(reading).is_none_or(|v| v.is_nan()));
+    let count = (0..marked.len()).filter(|&reading| marked[reading] && !is_unknown(reading)).count();
     if count == 0 || are_of_the_noise(competition, marked, &inputs.settings.outliers) {
         return Ok(None);
     }

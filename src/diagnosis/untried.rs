@@ -53,14 +53,21 @@ pub fn not_tried(model: &Model, survey: &Survey, hypotheses: &[Hypothesis], know
 }
 
 /// Takes out the hypotheses that the base moved with time or temperature, where fixed reflectors moved by much less than a gap (m): all of
-/// them where the reflectors moved by no more than noise, or where `is_fixed`.
+/// them where the reflectors moved by no more than noise, or where `is_fixed`. Reflectors beside the robot exclude that the instrument moved, and
+/// no hypothesis.
 pub fn excluded(campaign: &Campaign, gap: f64, is_fixed: bool, hypotheses: &mut Vec<Hypothesis>) -> Vec<Excluded> {
     let motion = reference_noise(&campaign.references).and_then(|seen| seen.motion);
     let is_still = |motion: &Motion| motion.rms < OF_GAP * gap && (is_fixed || motion.p > CHANCE);
-    let on_base = !campaign.references.beside_base;
-    let Some(motion) = motion.filter(|motion| on_base && is_still(motion)) else { return Vec::new() };
+    let Some(motion) = motion.filter(is_still) else { return Vec::new() };
     let [rms, greatest, gap] = [motion.rms, motion.greatest, gap].map(|length| 1e3 * length);
     let seen = if motion.p > CHANCE { "stood still within their scatter," } else { "moved by" };
+    if campaign.references.beside_base {
+        let by = format!(
+            "reflectors on the pedestal {seen} {rms:.4} mm (rms, at most {greatest:.4} mm); the gap is {gap:.4} mm; if a base moved with time, it \
+             is the robot on its mount, and not the instrument"
+        );
+        return vec![Excluded { effect: "frame-drift".into(), site: "instrument".into(), by }];
+    }
     let by = format!(
         "fixed reflectors {seen} {rms:.4} mm (rms, at most {greatest:.4} mm); the gap is {gap:.4} mm; if they stand beside the robot and not on \
          its base, declare `on: pedestal`"

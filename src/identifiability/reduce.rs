@@ -33,6 +33,10 @@ pub struct Column {
     pub first: bool,
     /// Belongs to base, tool or markers: dropped like others where the readings hardly show it.
     pub placed: bool,
+    /// Belongs to the base.
+    pub of_base: bool,
+    /// Belongs to what readings refer to: a socket, an anchor, a zero.
+    pub referred_to: bool,
     /// One sigma of its parameter, in its unit.
     pub tolerance: f64,
     /// Readiness to keep it when it and others are nearly dependent: 1, or less for what is given up first.
@@ -47,6 +51,8 @@ impl Column {
         Self {
             first: parameter.group != Group::Geometry,
             placed: matches!(parameter.group, Group::Base | Group::Tool),
+            of_base: parameter.group == Group::Base,
+            referred_to: parameter.group == Group::Arrangement,
             tolerance: parameter.tolerance,
             preference: if parameter.closing { 0.1 } else { 1.0 },
             held,
@@ -211,13 +217,16 @@ fn independent(columns: &Columns, about: &[Column], is_given_up: &[bool]) -> (Ve
     let (mut chosen, mut left) = (Vec::new(), vec![0.0; n]);
     let mut basis = DMatrix::<f64>::zeros(n, 0);
     let bias = |column: usize| about[column].preference * (1.0 + TIE * column as f64);
-    // Base and tool first, then what else comes before the robot, the robot, what is held (to know whether it is exactly dependent).
-    for class in 0..4 {
+    // Base and tool first, then what else comes before the robot, the robot, what is held (to know whether it is exactly dependent). A base
+    // that moves with unknown sockets or anchors stays where it is declared: it comes behind these.
+    let has_unknown = about.iter().any(|column| column.referred_to && !column.held);
+    for class in 0..5 {
         let class_of = |column: &Column| match column {
-            Column { held: true, .. } => 3,
+            Column { held: true, .. } => 4,
+            Column { of_base: true, .. } if has_unknown => 2,
             Column { placed: true, .. } => 0,
             Column { first: true, .. } => 1,
-            _ => 2,
+            _ => 3,
         };
         let is_candidate = |&j: &usize| class_of(&about[j]) == class && !columns.is_zero(j) && !is_given_up[j];
         let candidates: Vec<usize> = (0..n).filter(is_candidate).collect();

@@ -3,8 +3,7 @@
 
 use super::again::fitted;
 use super::evidence::{Evidence, Limits};
-use super::sessions::{agree_calibrated, differ, parts};
-use super::shown::mm;
+use super::sessions::{agree_calibrated, differ, left, left_words, parts};
 use super::trial::noise;
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic};
@@ -20,8 +19,11 @@ pub(super) fn is_the_same(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
         return Vec::new();
     };
     let Some(parts) = parts(campaign).filter(|_| !campaign.is_difference()) else { return Vec::new() };
-    let together = found.after.fit.distance[1];
-    if campaign.sigma.is_some() && together <= FALL * noise(campaign) {
+    let together = left(campaign, found);
+    let has_lengths = campaign.readings.iter().any(|reading| reading.observes.length_rows() > 0);
+    let is_noise =
+        if has_lengths { campaign.sigma.is_some() && together <= FALL * noise(campaign) } else { together <= FALL };
+    if is_noise {
         return Vec::new();
     }
     // Each with its degrees of freedom: a session of few readings leaves little whatever its robot is.
@@ -30,7 +32,9 @@ pub(super) fn is_the_same(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
         let rows = rows(&own) as f64;
         let again = fitted(model, &own, &vec![false; own.readings.len()], Some(found.slots.clone()))?;
         let freedom = again.degrees_of_freedom;
-        let left = again.after.fit.distance[1] * (rows / freedom).sqrt();
+        // The ratio to the noise counts them already.
+        let inflated = if has_lengths { (rows / freedom).sqrt() } else { 1.0 };
+        let left = left(campaign, &again) * inflated;
         (freedom >= limits.noise_freedom).then_some((left, own.readings.len()))
     };
     let Some(all) = (0..parts.names.len()).map(alone).collect::<Option<Vec<(f64, usize)>>>() else {
@@ -43,18 +47,22 @@ pub(super) fn is_the_same(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
     if FALL * apart > together || is_named {
         return Vec::new();
     }
-    let each = parts.names.iter().zip(&all).map(|(name, (left, _))| format!("`{name}` {}", mm(*left)));
+    let each =
+        parts.names.iter().zip(&all).map(|(name, (left, _))| format!("`{name}` {}", left_words(campaign, *left)));
     let message = format!(
-        "{} are not of one robot: each calibrated by itself leaves {} mm, and all together {}: is one of another machine, or was a joint set \
+        "{} are not of one robot: each calibrated by itself leaves {}, and all together {}: is one of another machine, or was a joint set \
          anew or a part exchanged between them?",
         parts.noun,
         each.collect::<Vec<String>>().join(", "),
-        mm(together)
+        left_words(campaign, together)
     );
     let remedy =
         format!("calibrate each of the {} by itself, and compare: `identify --since` says what changed", parts.noun);
     let diagnostic = Diagnostic::warning(message).code(Code::SessionsDiffer).remedy(remedy);
-    vec![diagnostic.figure("together_mm", 1e3 * together).figure("separate_mm", 1e3 * apart)]
+    vec![match has_lengths {
+        true => diagnostic.figure("together_mm", 1e3 * together).figure("separate_mm", 1e3 * apart),
+        false => diagnostic.figure("together", together).figure("separate", apart),
+    }]
 }
 
 /// Rows of all readings.

@@ -136,13 +136,16 @@ pub(super) fn differ(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic>
     let is_plainly = |both: &Tried| shared >= fall * both.error && least >= limits.sessions_fall * both.error;
     let found = both.filter(is_plainly).or(one)?;
     let is_apart = found.apart.greatest() >= limits.sessions_apart * noise;
-    (shared >= limits.sessions_fall * found.error && is_apart).then(|| reported(&found, shared, &parts, "registration"))
+    (shared >= limits.sessions_fall * found.error && is_apart)
+        .then(|| reported(&found, shared, &parts, ("registration", true)))
 }
 
 /// The same after a calibration: the robot's own errors hide from a registration what they do not hide from it.
 pub(super) fn agree_calibrated(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let (model, campaign) = (evidence.model, evidence.campaign);
-    let is_noise = |found: &Calibration| campaign.sigma.is_some() && found.noise_ratio < limits.sessions_fall;
+    let has_lengths = has_lengths(campaign);
+    let is_noise =
+        |found: &Calibration| (campaign.sigma.is_some() || !has_lengths) && found.noise_ratio < limits.sessions_fall;
     let Some(found) = evidence.found.filter(|found| found.converged() && !is_noise(found)) else { return Vec::new() };
     let Some(parts) = parts(campaign).filter(|_| !campaign.is_difference() && campaign.estimate_base) else {
         return Vec::new();
@@ -153,30 +156,50 @@ pub(super) fn agree_calibrated(evidence: &Evidence, limits: &Limits) -> Vec<Diag
         let slots = found.slots.iter().filter_map(|&slot| arranged.registry.slot(&model.registry[slot].name));
         let again = fitted(&arranged, &own, &found.held_out, Some(slots.collect()))?;
         let apart = apart(&arranged, &own, &again.values, &parts, part)?;
-        Some(Tried { part, error: again.after.fit.distance[1], apart })
+        Some(Tried { part, error: left(campaign, &again), apart })
     };
     let stated = mean_rms_max(campaign.readings.iter().map(|reading| reading.noise.position[0]))[1];
-    let shared = found.after.fit.distance[1];
+    let shared = left(campaign, found);
     let best = [Part::Base, Part::Tool].into_iter().filter_map(tried).min_by(|a, b| a.error.total_cmp(&b.error));
     let is_reported = |best: &Tried| {
         // Where no noise is stated what is left is the greatest that it can be.
         let noise = if campaign.sigma.is_some() { stated } else { best.error };
-        shared >= limits.sessions_fall * best.error && best.apart.greatest() >= limits.sessions_apart * noise
+        let is_apart = !has_lengths || best.apart.greatest() >= limits.sessions_apart * noise;
+        shared >= limits.sessions_fall * best.error && is_apart
     };
-    let reported = |best: Tried| reported(&best, shared, &parts, "calibration");
+    let reported = |best: Tried| reported(&best, shared, &parts, ("calibration", has_lengths));
     best.filter(is_reported).filter(|_| differ(evidence, limits).is_none()).map(reported).into_iter().collect()
 }
 
-fn reported(found: &Tried, shared: f64, parts: &Parts, fit: &str) -> Diagnostic {
+/// Whether readings of a campaign hold lengths.
+fn has_lengths(campaign: &Campaign) -> bool {
+    campaign.readings.iter().any(|reading| reading.observes.length_rows() > 0)
+}
+
+/// What a calibration leaves of a campaign: the error of its lengths, m; of one of angles or torques alone over the noise.
+pub(super) fn left(campaign: &Campaign, found: &Calibration) -> f64 {
+    if has_lengths(campaign) { found.after.fit.distance[1] } else { found.noise_ratio }
+}
+
+/// The same in words.
+pub(super) fn left_words(campaign: &Campaign, left: f64) -> String {
+    words_of(left, has_lengths(campaign))
+}
+
+fn words_of(left: f64, is_length: bool) -> String {
+    if is_length { format!("{} mm", mm(left)) } else { format!("{left:.2} times the noise") }
+}
+
+fn reported(found: &Tried, shared: f64, parts: &Parts, (fit, has_lengths): (&str, bool)) -> Diagnostic {
     let (what, key, apart) = (found.part.words(), found.part.keys(parts.of_each), &found.apart);
     let of_each = parts.of_each;
     let [one, other] = apart.parts.map(|part| parts.names.get(part).map_or("", String::as_str));
     let message = format!(
-        "{} differ by {} (`{one}` and `{other}`): with a {what} of its own for each, {fit} leaves {} instead of {} mm: estimate {what} per {of_each}?",
+        "{} differ by {} (`{one}` and `{other}`): with a {what} of its own for each, {fit} leaves {} instead of {}: estimate {what} per {of_each}?",
         parts.noun,
-        apart.words(),
-        mm(found.error),
-        mm(shared),
+        apart.words(has_lengths),
+        if has_lengths { mm(found.error) } else { format!("{:.2}", found.error) },
+        words_of(shared, has_lengths),
     );
     let remedy = format!(
         "{}write `estimate: {{{key}}}` into the campaign; or look for a {of_each} that was set up differently",
@@ -191,6 +214,9 @@ fn reported(found: &Tried, shared: f64, parts: &Parts, fit: &str) -> Diagnostic 
         if let Some(value) = value {
             diagnostic = diagnostic.figure(name, value);
         }
+    }
+    if !has_lengths {
+        return diagnostic.figure("shared", shared).figure("separate", found.error);
     }
     diagnostic
         .figure("apart_mm", 1e3 * apart.greatest())
@@ -236,8 +262,12 @@ impl Apart {
         self.base.into_iter().chain(self.tool).map(|[distance, _]| distance).fold(0.0, f64::max)
     }
 
-    fn words(&self) -> String {
+    /// Of readings without lengths by their angles alone.
+    fn words(&self, has_lengths: bool) -> String {
         let of = |[distance, angle]: [f64; 2], of: &str| {
+            if !has_lengths {
+                return format!("{:.3} deg in the {of}", angle.to_degrees());
+            }
             // A tool that is a point has no orientation.
             let turned = if angle > 0.0 { format!(" and {:.3} deg", angle.to_degrees()) } else { String::new() };
             format!("{} mm{turned} in the {of}", mm(distance))

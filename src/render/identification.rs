@@ -142,7 +142,7 @@ pub fn identification(found: &Identification, screen: Screen) -> String {
     out += "\n";
     out += &screen.table(
         &["parameter", "unit", "nominal", "value", "change", "95 % +-", ""],
-        found.parameters.iter().filter(|p| p.identifiable || is_held_elsewhere(p)).map(|p| parameter_row(found, p)),
+        found.parameters.iter().filter(|p| p.identifiable || p.is_held_elsewhere()).map(|p| parameter_row(found, p)),
     );
     for set in &found.conventions {
         let row = |p: &CombinedParameter| {
@@ -241,12 +241,6 @@ fn certainty(found: &Identification) -> String {
         }
     }
     out
-}
-
-/// Whether it was dropped, and has another value than the description's: that to which others are fitted.
-fn is_held_elsewhere(p: &ParameterEstimate) -> bool {
-    let is_other = |nominal: f64| (p.value - nominal).abs() > 1e-9 * nominal.abs().max(1.0);
-    !p.identifiable && p.nominal.is_some_and(is_other)
 }
 
 fn parameter_row(found: &Identification, p: &ParameterEstimate) -> Vec<String> {

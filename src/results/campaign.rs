@@ -243,6 +243,13 @@ pub struct CampaignCheck {
     pub has_lengths: bool,
 }
 
+/// Readings of a campaign by kind.
+pub(super) fn kinds(campaign: &Campaign) -> IndexMap<&'static str, usize> {
+    let mut kinds: IndexMap<&'static str, usize> = IndexMap::new();
+    campaign.readings.iter().for_each(|reading| *kinds.entry(reading.observes.name()).or_default() += 1);
+    kinds
+}
+
 impl CampaignCheck {
     /// Of a campaign and its robot, the joints that its file says it is evaluated at, and the warnings of reading them.
     pub fn new(model: &Model, campaign: &Campaign, joints: Option<JointSource>, warnings: &[Diagnostic]) -> Self {
@@ -255,15 +262,13 @@ impl CampaignCheck {
             let name = reading.marker.map_or("TCP", |marker| model.markers[marker].name.as_str());
             *markers.entry(name.into()).or_default() += 1;
         }
-        let mut kinds: IndexMap<&'static str, usize> = IndexMap::new();
-        readings.iter().for_each(|reading| *kinds.entry(reading.observes.name()).or_default() += 1);
         let poses: Vec<usize> = distinct(readings.iter().map(|reading| reading.pose));
         let variable = |k: usize| model.variables[k].name.as_str();
         Self {
             campaign: campaign.name.clone(),
             robot: model.name.clone(),
             observes: campaign.observes,
-            kinds,
+            kinds: kinds(campaign),
             readings: readings.len(),
             configurations: poses.len(),
             markers,

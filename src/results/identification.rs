@@ -64,6 +64,12 @@ impl ParameterEstimate {
         }
     }
 
+    /// Whether it was dropped, and has another value than the description's: that to which others are fitted.
+    pub fn is_held_elsewhere(&self) -> bool {
+        let is_other = |nominal: f64| (self.value - nominal).abs() > 1e-9 * nominal.abs().max(1.0);
+        !self.identifiable && self.nominal.is_some_and(is_other)
+    }
+
     /// Whether what dropped parameters do in second order is more than half of its variance.
     pub fn is_uncertain_by_dropped(&self) -> bool {
         self.of_dropped.zip(self.ci95).is_some_and(|(open, ci95)| normal95() * open > ci95 / 2.0_f64.sqrt())

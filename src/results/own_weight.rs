@@ -19,6 +19,9 @@ pub enum OwnWeight {
     /// It declares masses, and nothing compliant that they could deflect; `none` in JSON.
     #[serde(rename = "none")]
     Rigid,
+    /// The same, and measured torques of the joints hold it; `included` in JSON.
+    #[serde(rename = "included")]
+    InTorques,
     /// It declares no masses, and bodies that the tool carries in some readings deflect it; `none` in JSON.
     #[serde(rename = "none")]
     Payloads,
@@ -47,6 +50,10 @@ impl OwnWeight {
     /// Of what is predicted for a campaign's readings: absolute ones hold it, differences do not.
     pub fn of_campaign(model: &Model, values: &[f64], campaign: &Campaign) -> Self {
         let own = Self::new(model, values, !campaign.observes.is_difference());
+        let holds_torques = || campaign.readings.iter().any(|reading| reading.observes.by_variable().is_some());
+        if own == Self::Rigid && holds_torques() {
+            return Self::InTorques;
+        }
         if own != Self::None || !Elastics::new(model, &model.shifted(values), &[]).is_compliant() {
             return own;
         }
@@ -70,6 +77,9 @@ impl OwnWeight {
             Self::LeftOut => format!("own weight: left out; {why}"),
             Self::None => "own weight: none; the description declares no masses".into(),
             Self::Rigid => "own weight: none; the description declares masses, and no compliance under them".into(),
+            Self::InTorques => {
+                "own weight: in the torques; the description declares no compliance that it could deflect".into()
+            }
             Self::Payloads => "own weight: none; the description declares no masses, and the payloads count".into(),
             Self::Torques => {
                 "own weight: none; the description declares no masses, and the measured torques count".into()

@@ -4,6 +4,7 @@
 use indexmap::IndexMap;
 use serde::Serialize;
 
+use super::campaign::kinds;
 use super::diagnosis::Diagnosis;
 use super::identifiability::Sensitivities;
 use super::identification::Identification;
@@ -25,6 +26,8 @@ pub struct CampaignSummary {
     pub robot: String,
     /// Kind of the readings, as the campaign declares it.
     pub observes: Observes,
+    /// Readings by kind.
+    pub kinds: IndexMap<&'static str, usize>,
     /// Number of readings.
     pub readings: usize,
     /// Number of distinct configurations.
@@ -296,6 +299,7 @@ impl CampaignSummary {
             name: campaign.name.clone(),
             robot: model.name.clone(),
             observes: campaign.observes,
+            kinds: kinds(campaign),
             readings: campaign.readings.len(),
             poses: poses.len(),
             set_aside: held_out.iter().filter(|held_out| **held_out).count(),

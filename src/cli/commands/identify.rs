@@ -199,7 +199,8 @@ pub(super) fn calibrated(
     let is_own = |diagnostic: &Diagnostic| {
         diagnostic.code == Code::NoiseUnlikeStated && diagnostic.figures.get("ratio").is_some_and(|ratio| *ratio > 1.0)
     };
-    judged.retain(|diagnostic| !is_own(diagnostic) || settings.only != Some(Vec::new()));
+    let is_registration = settings.only == Some(Vec::new());
+    judged.retain(|diagnostic| !is_own(diagnostic) || !is_registration);
     judged.extend(unusable(
         &saved,
         session,
@@ -220,7 +221,7 @@ pub(super) fn calibrated(
     output.diagnostics.clone_from(&loaded.diagnostics);
     output.diagnostics.extend(loaded.outside());
     output.diagnostics.extend(result.since.as_ref().and_then(certain));
-    output.diagnostics.extend(not_declared(model, campaign, &found));
+    output.diagnostics.extend(not_declared(model, campaign, &found).filter(|_| !is_registration));
     output.diagnostics.extend(not_asked(model, campaign, &found).filter(|_| settings.what.is_none()));
     let mut output = output.judged(judged, session.arguments.force)?;
     write_tables(&mut output, &result, asked)?;

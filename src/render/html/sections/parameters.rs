@@ -25,7 +25,9 @@ pub fn section(identified: Option<&Identification>, page: &Page) -> Option<Secti
         into.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
         let keeper = |(keeper, _): (&String, f64)| context! { keeper => keeper.as_str(), pointer => pointer(keeper, &dropped.name) };
         let into: Vec<_> = into.into_iter().take(MOST).map(keeper).collect();
-        context! { name => dropped.name.as_str(), why => dropped.why.to_string(), into }
+        let at = found.parameters.iter().position(|own| own.name == dropped.name && own.is_held_elsewhere());
+        let unit = at.map(|at| found.parameters[at].unit);
+        context! { name => dropped.name.as_str(), why => dropped.why.to_string(), into, at, unit }
     };
     let absorbed = |name: &str| -> Vec<String> {
         let terms = combinations.get(name).into_iter().flatten();
