@@ -5,12 +5,14 @@ use nalgebra::Vector3;
 
 use super::placing::{Group, placed};
 use super::problem::{CampaignProblem, row_sigmas};
+use super::robust;
 use super::settings::RegistrationSettings;
 use crate::description::campaign::{Campaign, InSession, Reading, Sharing, Target};
 use crate::description::robot::FrameIndex;
 use crate::kinematics::{Geometry, Placements, Transform};
-use crate::least_squares::{self, Bounds};
+use crate::least_squares::{self, Bounds, Loss};
 use crate::math::distinct;
+use crate::math::quantiles::TUKEY;
 use crate::model::Model;
 use crate::observation::{MeasuredPoint, Observes};
 use crate::parameter::Slot;
@@ -182,7 +184,7 @@ pub fn registered(
     Ok((values, found))
 }
 
-/// Values with what no description holds fitted to the readings, and which parameters these are: where contacts and anchors are, zeros,
+/// Values with what no description holds fitted to the readings (where some of these are outliers, with a loss that they do not move), and which parameters these are: where contacts and anchors are, zeros,
 /// gains and offsets, the instrument's scale, and bases and tools of a session or station of their own. The robot, and a base and tool
 /// that all readings share, stay as `values` say.
 ///
@@ -206,7 +208,22 @@ pub fn with_campaign_fitted(
     let problem = CampaignProblem::new(predictor, &start, row_sigmas(&own), Vec::new());
     let (count, limits) = (slots.len(), least_squares::Settings::default());
     let found = least_squares::minimize(&problem, &vec![0.0; count], &Bounds::none(count), &limits);
-    Ok((found.map_or(start, |found| problem.values(&found.x)), slots))
+    let Ok(found) = found else { return Ok((start, slots)) };
+    if !has_outliers(found.residual.as_slice()) {
+        return Ok((problem.values(&found.x), slots));
+    }
+    // A wrong reading would move what is fitted, and be spread over the sound ones.
+    let limits = least_squares::Settings { loss: Loss::Tukey(TUKEY), ..limits };
+    let robust = robust::minimize(&problem, &Bounds::none(count), &limits, &mut |_| {});
+    Ok((problem.values(&robust.unwrap_or(found).x), slots))
+}
+
+/// Robust standard deviations beyond which a residual is an outlier: 2e-9 of normal noise.
+const OUTLYING: f64 = 6.0;
+
+fn has_outliers(residual: &[f64]) -> bool {
+    let scale = robust::deviation(residual.iter().copied()).unwrap_or(0.0);
+    scale > 0.0 && residual.iter().any(|own| own.abs() > OUTLYING * scale)
 }
 
 /// The kind of those readings that says most about where the base is: poses, then positions, then lengths from known points.

@@ -52,6 +52,9 @@ pub const OF_MEDIAN: f64 = 1.4826;
 /// Scale of Huber's loss, in standard deviations, with which it is 95 % efficient on normal noise (Huber, *Ann. Math. Statist.* 35, 1964).
 pub const HUBER: f64 = 1.345;
 
+/// Scale of Tukey's biweight, in standard deviations, with which it is 95 % efficient on normal noise (Beaton and Tukey, *Technometrics* 16, 1974).
+pub const TUKEY: f64 = 4.685;
+
 /// Value below which a standard normal variable lies with a probability between 0 and 1.
 pub fn normal_quantile(probability: f64) -> f64 {
     Normal::standard().inverse_cdf(probability.clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON))

@@ -221,6 +221,30 @@ fn what_contacts_can_tell_is_what_an_independent_model_says() {
     assert_eq!(found[2] - found[1], 1, "{found:?}");
 }
 
+/// Where the robot stands and where unknown sockets are is one thing: the base stays where it is declared, and the sockets are found from there.
+#[test]
+fn unknown_sockets_do_not_move_the_base() {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let at = Vector3::new(420.0, 150.0, 120.0);
+    let one = Touched::Socket(at);
+    let poses = touching(one, 20, &mut random);
+    let folder = tempfile::tempdir().expect("a folder");
+    campaign(folder.path(), &[("a", one, &poses)], "contacts: {a: {kind: socket}}");
+    let path = folder.path().join("campaign.yaml");
+    let text = std::fs::read_to_string(&path).expect("read");
+    std::fs::write(&path, text.replace("{tool: true}", "{base: true, tool: true}")).expect("written");
+    let found = printed_json(folder.path(), &["register", "campaign.yaml"]);
+    for axis in ["x", "y", "z", "rx", "ry", "rz"] {
+        let name = format!("base.{axis}");
+        let own = found["parameters"].as_array().expect("a list").iter().find(|own| own["name"] == name.as_str());
+        let own = own.expect("a parameter");
+        assert!(own["identifiable"] == false && own["value"] == 0.0, "{own}");
+    }
+    for (axis, truth) in ["a.x", "a.y", "a.z"].into_iter().zip(at.iter()) {
+        assert!((value(&found, axis) - truth).abs() < 1e-3, "{axis}: {}", value(&found, axis));
+    }
+}
+
 #[test]
 fn a_datum_cube_of_unknown_place_and_the_ball_are_found() {
     let mut random = ChaCha8Rng::seed_from_u64(9);

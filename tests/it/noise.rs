@@ -166,12 +166,14 @@ fn reflectors_speak_for_a_drift_and_against_it() {
         std::fs::write(at("c/references.csv"), &table).expect("written");
         let said = run(folder.path(), &["diagnose", "c", "--robot", "plain.yaml", "--format", "json"]);
         let json: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
-        let names = |list: &str| -> Vec<String> {
+        let is_in = |list: &str, site: &str| {
             let all = json[list].as_array().expect("a list").iter();
-            all.filter_map(|one| one["effect"].as_str().map(String::from)).collect()
+            all.into_iter().any(|one| one["effect"] == "frame-drift" && one["site"] == site)
         };
-        assert_eq!(names("causes").iter().any(|name| name == "frame-drift"), is_drift, "{}", json["causes"]);
-        assert_eq!(names("excluded").iter().any(|name| name == "frame-drift"), !is_drift, "{}", json["excluded"]);
+        assert_eq!(is_in("causes", "base"), is_drift, "{}", json["causes"]);
+        assert_eq!(is_in("excluded", "base"), !is_drift, "{}", json["excluded"]);
+        // What they do speak against is that the instrument moved.
+        assert_eq!(is_in("excluded", "instrument"), file == pedestal, "{}", json["excluded"]);
     }
 }
 

@@ -546,6 +546,52 @@ fn sessions_that_differ_are_told() {
     }
 }
 
+/// Orientations have no lengths: two files of one arm agree, and two that are turned by a degree are said to differ by that.
+#[test]
+fn sessions_of_orientations_alone_are_compared_by_angles() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let header = "robot: universal-ur5\nunits: {length: mm, angle: deg}\nobserves: orientation\nestimate: {base: true}\n\
+                  instrument: {orientation: 0.004}\nmeasurements: ";
+    std::fs::write(at.join("o.yaml"), format!("{header}none.csv\n")).expect("written");
+    let made = run(at, &["simulate", "o.yaml", "--poses", "90", "--seed", "4", "--into", "t"]);
+    assert_eq!(made.status, 0, "{}", made.err);
+    let text = std::fs::read_to_string(at.join("t/measurements.csv")).expect("a table");
+    let lines: Vec<&str> = text.lines().collect();
+    let titles: Vec<&str> = lines[0].split(',').collect();
+    let [rx, ry, rz] = ["rx", "ry", "rz"].map(|name| titles.iter().position(|own| *own == name).expect("a column"));
+    let turned = |line: &&str, by: f64| {
+        let mut cells: Vec<String> = line.split(',').map(String::from).collect();
+        let vector = Vector3::from([rx, ry, rz].map(|k| cells[k].parse::<f64>().expect("deg").to_radians()));
+        let about_z = Rotation3::new(Vector3::z() * f64::to_radians(by)) * Rotation3::new(vector);
+        let vector = about_z.scaled_axis();
+        [rx, ry, rz].into_iter().zip(vector.iter()).for_each(|(k, v)| cells[k] = format!("{:.6}", v.to_degrees()));
+        cells.join(",")
+    };
+    let half = lines.len() / 2;
+    let table = |rows: &[&str], by: f64| {
+        let rows = rows.iter().map(|line| turned(line, by));
+        std::iter::once(lines[0].to_string()).chain(rows).collect::<Vec<_>>().join("\n") + "\n"
+    };
+    for (by, differs) in [(0.0, false), (1.0, true)] {
+        std::fs::write(at.join("t/a.csv"), table(&lines[1..half], 0.0)).expect("written");
+        std::fs::write(at.join("t/b.csv"), table(&lines[half..], by)).expect("written");
+        let campaign = std::fs::read_to_string(at.join("t/campaign.yaml")).expect("text");
+        let campaign = campaign.replace("measurements: measurements.csv", "measurements: [a.csv, b.csv]");
+        std::fs::write(at.join("t/campaign.yaml"), campaign).expect("written");
+        let found = json(&run(at, &["identify", "t", "--format", "json"]));
+        let said = of_code(&found, "sessions-differ");
+        assert_eq!(!said.is_empty(), differs, "{by}: {}", found["diagnostics"]);
+        if let Some(said) = said.first() {
+            let message = said["message"].as_str().expect("a message");
+            assert!(
+                message.contains("1.0") && message.contains("deg in the base") && message.contains("times the noise")
+            );
+            assert!(!message.contains(" mm"), "{message}");
+        }
+    }
+}
+
 /// Time that runs backwards, and a file that is listed twice.
 #[test]
 fn time_that_goes_back_and_copies_are_told() {

@@ -21,7 +21,7 @@ use crate::estimation::{
 use crate::files::{LoadedCampaign, writable_table};
 use crate::least_squares::Loss;
 use crate::math::distinct;
-use crate::math::quantiles::HUBER;
+use crate::math::quantiles::{HUBER, TUKEY};
 use crate::model::{Model, of_sessions, with_values};
 use crate::parameter::{Group, Slot};
 use crate::plausibility::{Evidence, Limits, forced, judge, why_not_computed};
@@ -387,7 +387,7 @@ pub(super) fn loss(robust: &Robust) -> Result<Loss, Error> {
 }
 
 /// Scales of the losses where none is given: 95 % efficient on normal noise.
-const USUAL_SCALES: [f64; 3] = [HUBER, 2.385, 4.685];
+const USUAL_SCALES: [f64; 3] = [HUBER, 2.385, TUKEY];
 
 /// Refuses a campaign of which all readings, or all that are loaded, are held out to check.
 pub fn left_to_fit(campaign: &Campaign, held_out: &[bool]) -> Result<(), Error> {
