@@ -28,6 +28,7 @@ fn site(kind: SiteKind) -> (&'static str, bool) {
         SiteKind::Base => ("base", false),
         SiteKind::Tool => ("tool", false),
         SiteKind::Marker => ("marker", true),
+        SiteKind::Joints => ("joints", false),
         SiteKind::Instrument => ("instrument", false),
     }
 }
