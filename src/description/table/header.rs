@@ -97,7 +97,13 @@ impl Header {
         }
         let delimiter = delimiter(line, own.or(declared), layout.dialect.decimal);
         let Some(delimiter) = delimiter else {
-            return fatal("the delimiter must be one ASCII character other than the decimal sign", "change `csv:`");
+            let shown = |sign: Option<char>| sign.map_or("none".to_string(), |sign| format!("`{sign}`"));
+            let message = format!(
+                "the delimiter must be one ASCII character other than the decimal sign; the campaign's `csv:` says {} and {}",
+                shown(own.or(declared)),
+                shown(layout.dialect.decimal)
+            );
+            return fatal(&message, "change `delimiter` or `decimal` under `csv:` in the campaign");
         };
         let writing = Writing { delimiter, sheet: layout.sheet };
         let row = Row { file, bytes: line.strip_suffix(b"\n").unwrap_or(line), line: number, writing };
