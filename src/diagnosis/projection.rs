@@ -10,7 +10,7 @@ use super::hypothesis::Hypothesis;
 use super::linear_problem::LinearProblem;
 use crate::effects::SiteKind;
 use crate::math::linear::tr_mul;
-use crate::math::{joined, least_squares, orthonormal, project_off};
+use crate::math::{distinct, joined, least_squares, orthonormal, project_off};
 
 /// A set of hypotheses fitted together with the nuisance.
 #[derive(Debug, Clone, Default)]
@@ -188,11 +188,16 @@ impl<'a> Projection<'a> {
         };
         let of = |(amount, own): (&f64, f64)| (*amount, CERTAIN * (variance * own).sqrt());
         let known: Vec<(f64, f64)> = amounts.iter().zip(inverse.diagonal().iter().copied()).map(of).collect();
-        let certain = || known.iter().filter(|(amount, error)| amount.abs() > *error);
-        let greatest =
-            certain().fold(0.0_f64, |most, (amount, _)| if amount.abs() > most.abs() { *amount } else { most });
-        let along = |(amount, error): &(f64, f64)| amount * greatest.signum() + error;
-        certain().count() > 1 && known.iter().all(|own| along(own) > LEAST_OF_JOINTS * greatest.abs())
+        let certain = known.iter().filter(|(amount, error)| amount.abs() > *error).count();
+        // Joints that turn and those that slide each among themselves.
+        let units: Vec<&str> = self.problem.hypotheses[h].parameters.iter().map(|own| own.unit).collect();
+        let are_alike = |unit: &str| {
+            let own = || known.iter().zip(&units).filter(|(_, own)| **own == unit).map(|(own, _)| own);
+            let certain = own().filter(|(amount, error)| amount.abs() > *error).map(|(amount, _)| *amount);
+            let greatest = certain.fold(0.0_f64, |most, amount| if amount.abs() > most.abs() { amount } else { most });
+            own().all(|(amount, error)| amount * greatest.signum() + error > LEAST_OF_JOINTS * greatest.abs())
+        };
+        certain > 1 && distinct(units.iter().copied()).into_iter().all(are_alike)
     }
 
     /// Cosine of the smallest angle between the columns of two hypotheses.

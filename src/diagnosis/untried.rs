@@ -30,6 +30,9 @@ pub fn not_tried(model: &Model, survey: &Survey, hypotheses: &[Hypothesis], know
         let needs = match effect.reads().first() {
             _ if survey.is_difference && !effect.reads().is_empty() => "absolute readings",
             _ if effect.sites(model).is_empty() && effect.sits_at() == SiteKind::Marker => "several markers",
+            Some(Condition::Time) if effect.sits_at() == SiteKind::Marker && survey.longest_session.is_some() => {
+                "several markers"
+            }
             Some(Condition::Time) => "a column `time`",
             Some(Condition::Temperature) => "a column `temperature` that varies",
             Some(Condition::Approach) => "columns `approach.<variable>`, from both sides",

@@ -22,7 +22,8 @@ const REJECTED: usize = 6;
 pub fn diagnosis(found: &Diagnosis, screen: Screen) -> String {
     let mut out = format!("{}\n\n{}\n\n", found.campaign, finding(found));
     for (k, one) in found.causes.iter().enumerate() {
-        out += &cause(k + 1, one);
+        let own = found.causes.chunk_by(is_of_one).find(|own| own.iter().any(|other| std::ptr::eq(other, one)));
+        out += &cause(k + 1, one, own.unwrap_or_default());
     }
     if !found.causes.is_empty() {
         let row = |what: String, rms: f64| (what, rms, format!("{rms:.4} mm"));
@@ -43,6 +44,9 @@ pub fn diagnosis(found: &Diagnosis, screen: Screen) -> String {
         let one = |s: &Autocorrelation| format!("{} {:+.2} (p {:.3})", s.against, s.correlation, s.p);
         let all: Vec<String> = found.structure.iter().map(one).collect();
         let _ = writeln!(out, "residual autocorrelation between neighbours: {}", all.join(", "));
+        if !found.causes.is_empty() && found.structure.iter().any(|own| own.p < STRUCTURED) {
+            out += "what is left is not all noise: intervals of the amounts cover its scatter, not its shape\n";
+        }
     }
     out += &open(found);
     out.push('\n');
@@ -131,14 +135,23 @@ fn short(cause: &Cause) -> String {
     }
 }
 
-fn cause(number: usize, cause: &Cause) -> String {
+/// A cause, `of_one` being those that are reported as one with it.
+fn cause(number: usize, cause: &Cause, of_one: &[Cause]) -> String {
     let mut out = match cause.effect.as_str() {
         "outliers" => format!("{number}. outliers at {}\n", cause.site),
         _ => format!("{number}. {}\n", cause.claim),
     };
     let (before, after, less) = (cause.rms_before, cause.rms_after, less(cause.shrinkage, cause.shrinkage_ci95));
     if cause.effect != "outliers" || cause.implies.is_empty() {
-        let _ = writeln!(out, "   evidence  {before:.4} -> {after:.4} mm, {less}");
+        // One of several joints may add nothing certain once the others are in.
+        let is_part = cause.shrinkage_ci95[0].is_some_and(|low| low <= 0.0);
+        let together = match of_one {
+            [first, .., last] if is_part => {
+                format!("; together with the others of this law {:.4} -> {:.4} mm", first.rms_before, last.rms_after)
+            }
+            _ => String::new(),
+        };
+        let _ = writeln!(out, "   evidence  {before:.4} -> {after:.4} mm, {less}{together}");
     }
     if let Some(Stability { family, site, law, .. }) = cause.stability {
         let shown = |share: f64| format!("{:.0} %", 100.0 * share);
@@ -217,11 +230,18 @@ fn curve_text(curve: &Curve) -> String {
     format!("({unit}) {}", all.join("; "))
 }
 
+/// What explained gaps leave above the noise is reported from this part of the noise on: a quarter of its variance. A judgement.
+const SHOWN_REST: f64 = 0.5;
+/// Probability of as much autocorrelation by chance below which something else than noise is left.
+const STRUCTURED: f64 = 0.01;
+
 /// What stays open, what was excluded, and what could not be tried.
 fn open(found: &Diagnosis) -> String {
     let mut out = String::new();
     let rest = &found.rest;
-    if matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained) && rest.rms > 0.0 {
+    let is_open = matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained);
+    let is_great = found.verdict == Verdict::Explained && rest.rms > SHOWN_REST * found.gap.noise;
+    if is_open && rest.rms > 0.0 || is_great {
         let at = match (&rest.site, &rest.follows) {
             (Some(site), Some(follows)) => format!("most of it at {site}, going with {follows}"),
             _ => "no free curve at one site explains most of it".into(),

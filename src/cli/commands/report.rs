@@ -14,7 +14,8 @@ use crate::Error;
 use crate::cli::args::{Arguments, Format, Report as Asked};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::diagnostic::Code;
+use crate::diagnosis::Verdict;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{CHECK, Settings, split};
 use crate::files::{is_device, writable};
 use crate::plausibility::{Evidence, Limits, doubts, judge, judge_result};
@@ -47,7 +48,14 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         if let (Some(other), Some(own)) = (&other, &mut report.identify) {
             own.against = compared(other, model, campaign, found, &Settings::default())?;
         }
-        judged.extend(judge_result(&Evidence::with(model, campaign, found), &Limits::default()));
+        // What calibration leaves above the noise is no doubt where the causes explain it.
+        let is_explained = review.diagnosis.verdict == Verdict::Explained;
+        let is_gap = |own: &Diagnostic| {
+            own.code == Code::NoiseUnlikeStated && own.figures.get("ratio").is_some_and(|ratio| *ratio > 1.0)
+        };
+        let mut of_result = judge_result(&Evidence::with(model, campaign, found), &Limits::default());
+        of_result.retain(|own| !(is_explained && is_gap(own)));
+        judged.extend(of_result);
     }
     for doubt in doubts(model, campaign, &review.diagnosis, &Limits::default()) {
         if !judged.iter().any(|known| known.code == doubt.code) {
