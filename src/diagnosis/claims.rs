@@ -15,7 +15,7 @@ use super::held_out::{Additions, paired};
 use super::hypothesis::Hypothesis;
 use super::level::{Level, Stability, Support};
 use super::rivals::Rival;
-use crate::effects::Family;
+use crate::effects::{Family, SiteKind};
 use crate::math::least_squares;
 
 /// Cosine of the angle between what two laws do beyond which they are one but for rounding.
@@ -112,6 +112,7 @@ pub fn claims(
     if !is_sharp {
         compared.best_first(&mut lawful);
     }
+    compared.one_for_all(&mut lawful);
     compared.nearest_first(&mut lawful);
     match lawful.split_first() {
         Some(((own, gates), rivals)) => {
@@ -136,6 +137,21 @@ impl Compared<'_> {
         let Some(best) = least.map(|at| tied[at].0).filter(|&best| is_worse(tied[0].0, best)) else { return };
         tied.retain(|(at, _)| *at == best || !is_worse(*at, best));
         tied.sort_by_key(|(at, _)| *at != best);
+    }
+
+    /// Puts a law of all joints together in the place of the like of it at several joints, of which the readings do not tell it.
+    fn one_for_all(&self, tied: &mut Vec<(usize, Gates)>) {
+        let hypotheses = &self.forward.problem.hypotheses;
+        let Some(several) = tied.first().map(|(at, _)| *at).filter(|&at| self.sets[at].len() > 1) else { return };
+        let holds = |at: usize| {
+            let law = self.hypothesis(at);
+            let is_held = |&h: &usize| law.effect.name() == hypotheses[h].effect.name() && law.is_at(&hypotheses[h]);
+            law.site.kind == SiteKind::Joints && self.sets[several].iter().all(is_held)
+        };
+        if let Some(at) = tied.iter().map(|(at, _)| *at).find(|&at| holds(at)) {
+            tied.retain(|(own, _)| *own != several);
+            tied.sort_by_key(|(own, _)| *own != at);
+        }
     }
 
     /// Of laws that the readings do not tell apart the one goes first with which calibrated constants stay nearer to the description, where
