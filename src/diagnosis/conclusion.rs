@@ -1,5 +1,7 @@
 //! From the hypotheses selected to the diagnosis: verdict, location, causes with their figures, and what to measure next.
 
+use nalgebra::DMatrix;
+
 use super::autocorrelation::autocorrelation;
 use super::bootstrap::Bootstrap;
 use super::claims::Claim;
@@ -154,7 +156,7 @@ fn rest(
     inputs: &Inputs,
 ) -> Rest {
     let hypotheses = &selector.projection.problem.hypotheses;
-    let gains = selector.gains(members);
+    let gains = selector.gains_of_shapes(members);
     let per_direction = |h: usize| gains[h].squares / gains[h].directions as f64;
     let is_curve = |h: usize| hypotheses[h].is_free() && hypotheses[h].level() == Level::Site;
     let free = (0..hypotheses.len()).filter(|&h| is_curve(h) && gains[h].directions > 0);
@@ -308,6 +310,8 @@ impl<'a> Explanation<'a> {
         let claim = &self.claims[step];
         let EffectAtSite { mut effect, site } = hypothesis.named();
         let family = hypothesis.family();
+        let linear = || LinearFit::new(&self.competition.problem, self.judgement.members(), self.judgement.noise);
+        let correlations = if hypothesis.is_free() { linear().correlations(step) } else { DMatrix::zeros(0, 0) };
         let mut rivals: Vec<EffectAtSite> = claim.rivals.iter().map(|rival| rival.named(hypotheses)).collect();
         let mut remedy = hypothesis.effect.remedy();
         let is_unknown_law = claim.level != Level::Law && !hypothesis.is_free();
@@ -334,7 +338,7 @@ impl<'a> Explanation<'a> {
             follows: hypothesis.follows(&model.coordinate_names(), self.competition.is_loaded()),
             stability: Some(claim.stability),
             support: claim.support,
-            curve: curve(model, hypothesis, fitted),
+            curve: curve(model, hypothesis, fitted, &correlations),
             curves: curves(model, hypothesis, fitted),
             implies: if is_unknown_law { Vec::new() } else { implied(hypothesis, fitted, &self.competition.values) },
             signature: hypothesis.effect.signature(),

@@ -1,7 +1,7 @@
 //! Parameters of the members of a subset with their intervals, fitted to first order with the nuisance, and as they are
 //! written into a description.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::hypothesis::Hypothesis;
 use super::linear_problem::LinearProblem;
@@ -36,6 +36,8 @@ pub struct LinearFit<'a> {
     pub x: DVector<f64>,
     /// Half widths of their 95 % intervals.
     half_widths: DVector<f64>,
+    /// Their covariance, in units of the variance of a residual.
+    cofactor: DMatrix<f64>,
 }
 
 impl<'a> LinearFit<'a> {
@@ -46,22 +48,37 @@ impl<'a> LinearFit<'a> {
         let residual = &problem.residual - &design * &x;
         let freedom = (problem.rows() as f64 - design.ncols() as f64).max(1.0);
         let scale = (residual.norm_squared() / freedom).sqrt().max(noise);
-        let half_widths = cofactor(&design).diagonal().map(|v| normal95() * scale * v.max(0.0).sqrt());
-        Self { problem, members, noise, x, half_widths }
+        let cofactor = cofactor(&design);
+        let half_widths = cofactor.diagonal().map(|v| normal95() * scale * v.max(0.0).sqrt());
+        Self { problem, members, noise, x, half_widths, cofactor }
+    }
+
+    /// Where the parameters of a member are among all.
+    fn place(&self, step: usize) -> std::ops::Range<usize> {
+        let width = |member: usize| self.problem.hypotheses[member].columns.ncols();
+        let before: usize = self.members[..step].iter().map(|&member| width(member)).sum();
+        let first = self.problem.nuisance.ncols() + before;
+        first..first + width(self.members[step])
+    }
+
+    /// Correlations of the parameters of a member.
+    pub fn correlations(&self, step: usize) -> DMatrix<f64> {
+        let place = self.place(step);
+        let own = self.cofactor.view_range(place.clone(), place);
+        let size = |k: usize| own[(k, k)].max(f64::MIN_POSITIVE).sqrt();
+        DMatrix::from_fn(own.nrows(), own.ncols(), |i, j| own[(i, j)] / (size(i) * size(j)))
     }
 
     /// Parameters of a member.
     pub fn parameters(&self, step: usize) -> Vec<FittedParameter> {
-        let hypothesis = |member: usize| &self.problem.hypotheses[member];
-        let before: usize = self.members[..step].iter().map(|&member| hypothesis(member).columns.ncols()).sum();
-        let first = self.problem.nuisance.ncols() + before;
+        let first = self.place(step).start;
         let parameter = |(k, parameter): (usize, &crate::effects::EffectParameter)| FittedParameter {
             name: parameter.symbol.clone(),
             unit: parameter.unit,
             value: self.x[first + k],
             ci95: self.half_widths[first + k],
         };
-        hypothesis(self.members[step]).parameters.iter().enumerate().map(parameter).collect()
+        self.problem.hypotheses[self.members[step]].parameters.iter().enumerate().map(parameter).collect()
     }
 }
 

@@ -113,6 +113,15 @@ impl<'a> Projection<'a> {
 
     /// Gain of every hypothesis over those fitted; none where an amount would exceed `greatest` times its common size.
     pub fn gains(&self, members: &[usize], greatest: f64) -> Vec<Gain> {
+        self.gains_with(members, greatest, false)
+    }
+
+    /// The same, of curves by their shapes: what these readings do not show of their amounts may be any.
+    pub fn gains_of_shapes(&self, members: &[usize], greatest: f64) -> Vec<Gain> {
+        self.gains_with(members, greatest, true)
+    }
+
+    fn gains_with(&self, members: &[usize], greatest: f64, of_shapes: bool) -> Vec<Gain> {
         let used = self.span(members);
         let residual = used.as_ref().map_or_else(|| self.residual.clone(), |used| project_off(&self.residual, used));
         let gain = |(h, block): (usize, &DMatrix<f64>)| {
@@ -144,7 +153,7 @@ impl<'a> Projection<'a> {
                 }
             };
             let variance = (residual.norm_squared() - squares).max(0.0) / self.freedom;
-            let is_plausible = self.is_plausible(h, directions, &amounts, greatest)
+            let is_plausible = self.is_plausible(h, directions, &amounts, (greatest, of_shapes))
                 && self.is_of_all_joints(h, &amounts, &normal, variance);
             if is_plausible { Gain { squares, directions } } else { Gain::default() }
         };
@@ -153,12 +162,18 @@ impl<'a> Projection<'a> {
 
     /// Whether the amounts by which a hypothesis would fit, of its orthonormal columns, are plausible: compliances of what is
     /// rigid and what cannot be negative are positive, and no parameter is many times its common size.
-    fn is_plausible(&self, h: usize, directions: usize, of_block: &DVector<f64>, greatest: f64) -> bool {
+    fn is_plausible(
+        &self,
+        h: usize,
+        directions: usize,
+        of_block: &DVector<f64>,
+        (greatest, of_shapes): (f64, bool),
+    ) -> bool {
         let hypothesis = &self.problem.hypotheses[h];
         if directions < hypothesis.columns.ncols() {
             return !hypothesis.is_positive;
         }
-        let Some(amounts) = self.products[h].clone().lu().solve(of_block) else { return false };
+        let Some(amounts) = self.amounts(h, of_block, of_shapes) else { return false };
         let greatest = match hypothesis.effect.greatest_amount() {
             Some(own) if greatest.is_finite() => own,
             _ => greatest,
@@ -171,6 +186,21 @@ impl<'a> Projection<'a> {
                 amount.abs() <= greatest * parameter.scale && (*amount >= 0.0 || can_be_negative(parameter.is_positive))
             }
         })
+    }
+
+    /// Amounts of a hypothesis from those of its orthonormal columns; of a shape without what these readings do not show: along a line for which
+    /// constants can stand amounts may be any.
+    fn amounts(&self, h: usize, of_block: &DVector<f64>, of_shapes: bool) -> Option<DVector<f64>> {
+        let hypothesis = &self.problem.hypotheses[h];
+        let product = &self.products[h];
+        if !(of_shapes && hypothesis.is_free()) {
+            return product.clone().lu().solve(of_block);
+        }
+        let scale = |k: usize| hypothesis.parameters.get(k).map_or(1.0, |own| own.scale);
+        let scaled = DMatrix::from_fn(product.nrows(), product.ncols(), |i, k| product[(i, k)] * scale(k));
+        // Amounts of common size along it then make less than one sigma in all.
+        let found = scaled.svd(true, true).solve(of_block, 1.0).ok()?;
+        Some(DVector::from_fn(found.len(), |k, _| found[k] * scale(k)))
     }
 
     /// Whether amounts of all joints together, which have one cause, are not certainly of some joints alone: at least two certainly differ from

@@ -154,6 +154,9 @@ pub struct Curve {
     pub unit: &'static str,
     /// Unit of amounts and bands.
     pub amount_unit: &'static str,
+    /// Whether it is what stays off a straight line, for which constants that are calibrated can stand.
+    #[serde(rename = "without_line", skip_serializing_if = "std::ops::Not::not")]
+    pub is_without_line: bool,
 }
 
 impl Curve {

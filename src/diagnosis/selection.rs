@@ -32,6 +32,11 @@ impl<'a> Selector<'a> {
         self.projection.gains(members, self.settings.greatest_amount)
     }
 
+    /// The same, of curves by their shapes.
+    pub fn gains_of_shapes(&self, members: &[usize]) -> Vec<Gain> {
+        self.projection.gains_of_shapes(members, self.settings.greatest_amount)
+    }
+
     /// Bayesian information criterion of a fit, the greater the better; every variant tried counts.
     pub fn criterion(&self, fitted: &Subset) -> f64 {
         let n = self.projection.freedom;

@@ -11,6 +11,7 @@ use super::hypothesis::Hypothesis;
 use super::kept_amount::is_lost_elsewhere;
 use super::level::Level;
 use super::linear_problem::LinearProblem;
+use super::projection::Gain;
 use super::selection::Selector;
 use super::settings::Settings;
 use super::stability::stability;
@@ -27,7 +28,7 @@ pub fn drop_replaced(claims: &mut Vec<Claim>, selector: &Selector, noise: f64, n
         let adds = |at: usize| -> f64 {
             let others = claims.iter().enumerate().filter(|(other, _)| *other != at);
             let others: Vec<usize> = others.map(|(_, claim)| claim.hypothesis).collect();
-            let gain = selector.gains(&others)[claims[at].hypothesis];
+            let gain = selector.gains_of_shapes(&others)[claims[at].hypothesis];
             gain.squares / gain.directions.max(1) as f64
         };
         let open = (0..claims.len()).filter(|&at| !is_better(&claims[at]));
@@ -122,7 +123,7 @@ pub fn without_idle_joints(forward: &Forward, mut claims: Vec<Claim>, noise: f64
         // A curve at the site of a law takes what the law leaves.
         let is_other = |&h: &usize| h != claim.hypothesis && !hypotheses[h].holds(&hypotheses[claim.hypothesis]);
         let others = claims.iter().map(|other| other.hypothesis).filter(is_other);
-        let gain = forward.selector.gains(&others.collect::<Vec<usize>>())[claim.hypothesis];
+        let gain = forward.selector.gains_of_shapes(&others.collect::<Vec<usize>>())[claim.hypothesis];
         claim.is_of_set && gain.squares < gain.directions.max(1) as f64 * (normal95() * noise).powi(2)
     };
     let idle: Vec<usize> = claims.iter().filter(|claim| is_idle(claim)).map(|claim| claim.hypothesis).collect();
@@ -237,8 +238,20 @@ pub fn without_unlikely(forward: &Forward, claims: Vec<Claim>, settings: &Settin
 
 /// A free curve that the causes named leave at the site of a law, or at any where that is certain.
 pub fn curve(forward: &Forward, taken: &[usize], law: Option<&Hypothesis>, settings: &Settings) -> Option<Claim> {
+    let selector = forward.selector;
+    // Those first whose amounts these readings show.
+    curve_among(forward, taken, law, settings, &selector.gains(taken))
+        .or_else(|| curve_among(forward, taken, law, settings, &selector.gains_of_shapes(taken)))
+}
+
+fn curve_among(
+    forward: &Forward,
+    taken: &[usize],
+    law: Option<&Hypothesis>,
+    settings: &Settings,
+    gains: &[Gain],
+) -> Option<Claim> {
     let hypotheses = &forward.problem.hypotheses;
-    let gains = forward.selector.gains(taken);
     // For a law at its site; in addition to what is claimed, one that says where it is.
     let is_there = |h: usize| match law {
         Some(law) => hypotheses[h].is_at(law),

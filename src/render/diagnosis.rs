@@ -169,7 +169,9 @@ fn cause(number: usize, cause: &Cause, of_one: &[Cause]) -> String {
         let _ = writeln!(out, "   curve {component:<3} {}", curve_text(curve));
     }
     let _ = writeln!(out, "   pattern   {}", cause.signature);
-    for p in cause.parameters.iter().filter(|_| cause.curves.is_empty()) {
+    // The amounts of a curve are in it, as far as they are known.
+    let is_in_curve = |p: &CauseParameter| cause.curve.is_some() && p.ci95.is_some();
+    for p in cause.parameters.iter().filter(|p| cause.curves.is_empty() && !is_in_curve(p)) {
         let CauseParameter { name, unit, value, ci95 } = p;
         let width = ci95.filter(|_| name != "count").map_or(String::new(), |ci95| format!(" +- {ci95:.1e} {unit}"));
         let value = match value {
@@ -227,7 +229,8 @@ fn curve_text(curve: &Curve) -> String {
     let one =
         |((x, amount), band): ((&f64, &f64), &f64)| format!("{}: {:+.3} +- {:.3}", at(*x), size * amount, size * band);
     let all: Vec<String> = curve.at.iter().zip(&curve.amount).zip(&curve.band).map(one).collect();
-    format!("({unit}) {}", all.join("; "))
+    let line = if curve.is_without_line { ", less a straight line that calibration can stand for" } else { "" };
+    format!("({unit}{line}) {}", all.join("; "))
 }
 
 /// What explained gaps leave above the noise is reported from this part of the noise on: a quarter of its variance. A judgement.

@@ -293,3 +293,56 @@ fn commands_heed_the_range_of_validity() {
         }
     }
 }
+
+/// A gantry whose beam sags between its ends: geometry that is calibrated stands for a straight line in it, and only what stays off that line can be
+/// known. The curve is found, and shown as that.
+#[test]
+fn a_sagging_beam_is_a_curve_without_its_line() {
+    const GANTRY: &str = "robot: gantry
+units: {length: mm, angle: deg}
+frames:
+  1: {antecedent: 0, joint: prismatic, variable: q1, alpha: 90, theta: 90, limits: [0, 2400]}
+  2: {antecedent: 1, joint: prismatic, variable: q2, alpha: 90, theta: 90, limits: [0, 1500]}
+  3: {antecedent: 2, joint: prismatic, variable: q3, alpha: 90, limits: [0, 800]}
+  4: {antecedent: 3, joint: revolute, variable: q4, r: 120, limits: [-170, 170]}
+  5: {antecedent: 4, joint: revolute, variable: q5, alpha: 90, limits: [-110, 110]}
+tool: {frame: 5, at: [60, 0, 80]}
+";
+    let at = [0.0, 0.375, 0.75, 1.125, 1.5];
+    let sag = [0.0, -6e-4, -8e-4, -6e-4, 0.0];
+    let effect = format!(
+        "effects:\n- {{effect: free-form, site: \"joint:3\", parameters: {{follows: q2, at: {at:?}, k1: {}, k2: {}, k3: {}, k4: {}, k5: {}}}}}\n",
+        sag[0], sag[1], sag[2], sag[3], sag[4]
+    );
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("gantry.yaml"), GANTRY).expect("written");
+    std::fs::write(folder.path().join("sagging.yaml"), format!("{GANTRY}{effect}")).expect("written");
+    let simulate =
+        ["simulate", "sagging.yaml", "--poses", "120", "--noise", "0.02", "--errors", "0.2", "--unknown-base"];
+    let made = run(folder.path(), &[&simulate[..], &["--seed", "3", "--into", "s"]].concat());
+    assert_eq!(made.status, 0, "{}", made.err);
+    let found = json(&run(folder.path(), &["diagnose", "s", "--robot", "gantry.yaml", "--format", "json"]));
+    let causes = found["causes"].as_array().expect("a list");
+    let cause = causes.iter().find(|cause| cause["follows"] == "q2").unwrap_or_else(|| panic!("{causes:?}"));
+    let curve = &cause["curve"];
+    assert_eq!(curve["without_line"], true, "{curve}");
+    let list = |key: &str| -> Vec<f64> {
+        curve[key].as_array().expect("a list").iter().map(|v| v.as_f64().expect("a number")).collect()
+    };
+    let [knots, amounts, band] = ["at", "amount", "band"].map(list);
+    // The sag at the knots found, less its own straight line by least squares.
+    let spline = NaturalSpline::new(&at).expect("increasing");
+    let truth = |x: f64| {
+        let mut sum = 0.0;
+        spline.weights(x, |k, weight| sum += weight * sag[k]);
+        sum
+    };
+    let (count, middle) = (knots.len() as f64, knots.iter().sum::<f64>() / knots.len() as f64);
+    let mean = knots.iter().map(|x| truth(*x)).sum::<f64>() / count;
+    let slope = knots.iter().map(|x| (x - middle) * truth(*x)).sum::<f64>()
+        / knots.iter().map(|x| (x - middle).powi(2)).sum::<f64>();
+    for ((x, amount), band) in knots.iter().zip(&amounts).zip(&band) {
+        let expected = truth(*x) - mean - slope * (x - middle);
+        assert!((amount - expected).abs() < 2.0 * band + 2e-5 && *band < 1e-4, "{x}: {amount} +- {band}, {expected}");
+    }
+}

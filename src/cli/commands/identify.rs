@@ -221,6 +221,7 @@ pub(super) fn calibrated(
     output.diagnostics.clone_from(&loaded.diagnostics);
     output.diagnostics.extend(loaded.outside());
     output.diagnostics.extend(result.since.as_ref().and_then(certain));
+    output.diagnostics.extend(nothing_elastic(model, settings));
     output.diagnostics.extend(not_declared(model, campaign, &found).filter(|_| !is_registration));
     output.diagnostics.extend(not_asked(model, campaign, &found).filter(|_| settings.what.is_none()));
     let mut output = output.judged(judged, session.arguments.force)?;
@@ -337,6 +338,17 @@ fn not_declared(model: &Model, campaign: &Campaign, found: &Calibration) -> Opti
         );
         Diagnostic::warning(text)
             .remedy("write the springs with `identifiable: true` into the description; `diagnose` fits it without")
+    })
+}
+
+/// A warning that `--what` asks for springs where the description declares none to be identified.
+fn nothing_elastic(model: &Model, settings: &Settings) -> Option<Diagnostic> {
+    let is_asked = settings.what.is_some_and(|what| what.elastic);
+    (is_asked && model.elastic_slots().is_empty()).then(|| {
+        Diagnostic::warning(
+            "`--what` asks for springs, and the description declares none to be identified: none is fitted",
+        )
+        .remedy("write the springs with `identifiable: true` into the description")
     })
 }
 
