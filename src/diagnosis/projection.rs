@@ -211,6 +211,10 @@ impl<'a> Projection<'a> {
             return true;
         }
         let product = &self.products[h];
+        // Few configurations do not tell the joints apart.
+        if !product.is_square() {
+            return false;
+        }
         let (Some(amounts), Some(inverse)) =
             (product.clone().lu().solve(of_block), product.tr_mul(&(normal * product)).try_inverse())
         else {
