@@ -11,7 +11,7 @@
 use super::compared::{Compared, Tests};
 use super::forward::Forward;
 use super::gates::Gates;
-use super::held_out::{Additions, paired};
+use super::held_out::Additions;
 use super::hypothesis::Hypothesis;
 use super::level::{Level, Stability, Support};
 use super::rivals::Rival;
@@ -109,9 +109,6 @@ pub fn claims(
     let keeps_all = sharp.is_some() && own_holds;
     let mut lawful: Vec<(usize, Gates)> =
         judged.iter().filter(|(_, gates)| keeps_all || gates.hold(settings)).copied().collect();
-    if !is_sharp {
-        compared.best_first(&mut lawful);
-    }
     compared.one_for_all(&mut lawful);
     compared.nearest_first(&mut lawful);
     match lawful.split_first() {
@@ -127,18 +124,6 @@ pub fn claims(
 }
 
 impl Compared<'_> {
-    /// Puts the one first that leaves least, and leaves out what certainly leaves more, where the first does: the search may have passed it
-    /// over as chance.
-    fn best_first(&self, tied: &mut Vec<(usize, Gates)>) {
-        let settings = self.forward.settings;
-        let is_worse =
-            |at: usize, best: usize| paired(&self.losses.with[at], &self.losses.with[best]).t > settings.paired_t;
-        let least = (0..tied.len()).min_by(|&a, &b| self.total(tied[a].0).total_cmp(&self.total(tied[b].0)));
-        let Some(best) = least.map(|at| tied[at].0).filter(|&best| is_worse(tied[0].0, best)) else { return };
-        tied.retain(|(at, _)| *at == best || !is_worse(*at, best));
-        tied.sort_by_key(|(at, _)| *at != best);
-    }
-
     /// Puts a law of all joints together in the place of the like of it at several joints, of which the readings do not tell it.
     fn one_for_all(&self, tied: &mut Vec<(usize, Gates)>) {
         let hypotheses = &self.forward.problem.hypotheses;

@@ -1,7 +1,5 @@
 //! From the hypotheses selected to the diagnosis: verdict, location, causes with their figures, and what to measure next.
 
-use nalgebra::DMatrix;
-
 use super::autocorrelation::autocorrelation;
 use super::bootstrap::Bootstrap;
 use super::claims::Claim;
@@ -56,7 +54,7 @@ pub fn conclude(
     let last = members.len();
     let found = Explanation::new(competition, &judgement, bootstrap, settings);
     let rivals: Vec<Vec<Rival>> = found.claims.iter().map(|claim| claim.rivals.clone()).collect();
-    let mut causes = found.causes(inputs.model, &refit.parameters);
+    let mut causes = found.causes(inputs.model, &refit.parameters, &linear);
     let (rms_after, shrinkage) = (judgement.steps[last].left.rms, found.shrinkage(0, last));
     let both = inputs.campaign.readings.iter().zip(marked);
     let set_aside: Vec<&Reading> = both.filter(|(_, marked)| **marked).map(|(reading, _)| reading).collect();
@@ -276,12 +274,12 @@ impl<'a> Explanation<'a> {
     }
 
     /// The causes with their fitted parameters by step. Those that are reported as one, whose claims follow one another, are one.
-    fn causes(&self, model: &Model, fitted: &[Vec<FittedParameter>]) -> Vec<Cause> {
+    fn causes(&self, model: &Model, fitted: &[Vec<FittedParameter>], linear: &LinearFit) -> Vec<Cause> {
         let hypotheses = &self.competition.problem.hypotheses;
         let mut all: Vec<Cause> = Vec::new();
         let mut first = 0;
         for (step, own) in fitted.iter().enumerate() {
-            let cause = self.cause(model, step, own);
+            let cause = self.cause(model, step, own, linear);
             let is_part = step > 0 && self.claims[step].is_one_with(&self.claims[first], hypotheses);
             let Some(known) = all.last_mut().filter(|_| is_part) else {
                 first = step;
@@ -304,14 +302,12 @@ impl<'a> Explanation<'a> {
     }
 
     /// The cause that enters at a step.
-    fn cause(&self, model: &Model, step: usize, fitted: &[FittedParameter]) -> Cause {
+    fn cause(&self, model: &Model, step: usize, fitted: &[FittedParameter], linear: &LinearFit) -> Cause {
         let hypotheses = &self.competition.problem.hypotheses;
         let hypothesis = &hypotheses[self.judgement.members()[step]];
         let claim = &self.claims[step];
         let EffectAtSite { mut effect, site } = hypothesis.named();
         let family = hypothesis.family();
-        let linear = || LinearFit::new(&self.competition.problem, self.judgement.members(), self.judgement.noise);
-        let correlations = if hypothesis.is_free() { linear().correlations(step) } else { DMatrix::zeros(0, 0) };
         let mut rivals: Vec<EffectAtSite> = claim.rivals.iter().map(|rival| rival.named(hypotheses)).collect();
         let mut remedy = hypothesis.effect.remedy();
         let is_unknown_law = claim.level != Level::Law && !hypothesis.is_free();
@@ -338,7 +334,7 @@ impl<'a> Explanation<'a> {
             follows: hypothesis.follows(&model.coordinate_names(), self.competition.is_loaded()),
             stability: Some(claim.stability),
             support: claim.support,
-            curve: curve(model, hypothesis, fitted, &correlations),
+            curve: curve(model, hypothesis, fitted, &linear.correlations(step)),
             curves: curves(model, hypothesis, fitted),
             implies: if is_unknown_law { Vec::new() } else { implied(hypothesis, fitted, &self.competition.values) },
             signature: hypothesis.effect.signature(),

@@ -28,7 +28,7 @@ pub fn implied(hypothesis: &Hypothesis, fitted: &[FittedParameter], values: &[f6
     fitted.iter().zip(&hypothesis.constants).filter_map(of).collect()
 }
 
-/// Part of the band of a curve that has to be a straight line's for the curve to be shown without it. A judgement: the shape is then known ten times
+/// A curve is shown without its straight line where its band is then at most this part of the whole one. A judgement: the shape is known ten times
 /// as well as the line.
 const OF_LINE: f64 = 0.1;
 

@@ -193,7 +193,7 @@ impl<'a> Projection<'a> {
     fn amounts(&self, h: usize, of_block: &DVector<f64>, of_shapes: bool) -> Option<DVector<f64>> {
         let hypothesis = &self.problem.hypotheses[h];
         let product = &self.products[h];
-        if !(of_shapes && hypothesis.is_free()) {
+        if !(of_shapes && hypothesis.is_free()) || product.is_empty() {
             return product.clone().lu().solve(of_block);
         }
         let scale = |k: usize| hypothesis.parameters.get(k).map_or(1.0, |own| own.scale);

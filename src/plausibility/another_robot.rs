@@ -20,7 +20,7 @@ pub(super) fn is_the_same(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
     };
     let Some(parts) = parts(campaign).filter(|_| !campaign.is_difference()) else { return Vec::new() };
     let together = left(campaign, found);
-    let has_lengths = campaign.readings.iter().any(|reading| reading.observes.length_rows() > 0);
+    let has_lengths = campaign.holds_lengths();
     let is_noise =
         if has_lengths { campaign.sigma.is_some() && together <= FALL * noise(campaign) } else { together <= FALL };
     if is_noise {

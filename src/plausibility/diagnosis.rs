@@ -6,6 +6,7 @@ use super::common_factor;
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::total_length;
 use super::springs::is_too_soft;
+use super::stated_noise::is_above_noise;
 use super::step::OF_MARKER;
 use crate::description::campaign::{Campaign, Reading};
 use crate::description::resolve::heaviest;
@@ -40,10 +41,9 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     let is_explained = found.verdict == Verdict::Explained;
     let most = if is_explained { limits.noise_wrong } else { limits.noise[1] };
     let ratio = |diagnostic: &Diagnostic| diagnostic.figures.get("ratio").copied();
-    let exceeds = |diagnostic: &Diagnostic| ratio(diagnostic).is_some_and(|ratio| ratio >= 1.0);
     let is_gap = |diagnostic: &Diagnostic| {
         let is_below = ratio(diagnostic).is_some_and(|ratio| ratio < most);
-        diagnostic.code == Code::NoiseUnlikeStated && exceeds(diagnostic) && is_below
+        is_above_noise(diagnostic) && is_below
     };
     let judged = || calibration.iter().flatten();
     // Constants that take up what load moves are far off without its springs, and not with them.
@@ -51,7 +51,7 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     let is_of_springs = is_explained && has_springs(found) && are_held;
     let weaker = |diagnostic: Diagnostic| match diagnostic.code {
         Code::MovedFar if are_held => Diagnostic { severity: Severity::Warning, ..diagnostic },
-        Code::NoiseUnlikeStated if exceeds(&diagnostic) => diagnostic.remedy(OPEN),
+        Code::NoiseUnlikeStated if is_above_noise(&diagnostic) => diagnostic.remedy(OPEN),
         _ => diagnostic,
     };
     let is_explained = |diagnostic: &Diagnostic| match diagnostic.code {

@@ -51,3 +51,4 @@ pub use diagnosis::doubts;
 pub use evidence::{Evidence, Limits};
 pub use outlying::far_when_registered;
 pub use springs::as_stiff_as_arms;
+pub use stated_noise::is_above_noise;

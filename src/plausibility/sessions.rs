@@ -143,7 +143,7 @@ pub(super) fn differ(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic>
 /// The same after a calibration: the robot's own errors hide from a registration what they do not hide from it.
 pub(super) fn agree_calibrated(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let (model, campaign) = (evidence.model, evidence.campaign);
-    let has_lengths = has_lengths(campaign);
+    let has_lengths = campaign.holds_lengths();
     let is_noise =
         |found: &Calibration| (campaign.sigma.is_some() || !has_lengths) && found.noise_ratio < limits.sessions_fall;
     let Some(found) = evidence.found.filter(|found| found.converged() && !is_noise(found)) else { return Vec::new() };
@@ -171,19 +171,14 @@ pub(super) fn agree_calibrated(evidence: &Evidence, limits: &Limits) -> Vec<Diag
     best.filter(is_reported).filter(|_| differ(evidence, limits).is_none()).map(reported).into_iter().collect()
 }
 
-/// Whether readings of a campaign hold lengths.
-fn has_lengths(campaign: &Campaign) -> bool {
-    campaign.readings.iter().any(|reading| reading.observes.length_rows() > 0)
-}
-
 /// What a calibration leaves of a campaign: the error of its lengths, m; of one of angles or torques alone over the noise.
 pub(super) fn left(campaign: &Campaign, found: &Calibration) -> f64 {
-    if has_lengths(campaign) { found.after.fit.distance[1] } else { found.noise_ratio }
+    if campaign.holds_lengths() { found.after.fit.distance[1] } else { found.noise_ratio }
 }
 
 /// The same in words.
 pub(super) fn left_words(campaign: &Campaign, left: f64) -> String {
-    words_of(left, has_lengths(campaign))
+    words_of(left, campaign.holds_lengths())
 }
 
 fn words_of(left: f64, is_length: bool) -> String {

@@ -49,6 +49,11 @@ pub(super) fn alike(evidence: &Evidence, _limits: &Limits) -> Vec<Diagnostic> {
     (0..3).filter_map(stated).collect()
 }
 
+/// Whether a diagnostic says that what calibration leaves is above the stated noise, which causes or the robot's own error may explain.
+pub fn is_above_noise(diagnostic: &Diagnostic) -> bool {
+    diagnostic.code == Code::NoiseUnlikeStated && diagnostic.figures.get("ratio").is_some_and(|ratio| *ratio > 1.0)
+}
+
 pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let Some(found) = evidence.found else { return Vec::new() };
     let (quantities, rows) = by_quantity(evidence, found);

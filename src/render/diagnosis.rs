@@ -21,9 +21,9 @@ const REJECTED: usize = 6;
 /// Text of `diagnose`.
 pub fn diagnosis(found: &Diagnosis, screen: Screen) -> String {
     let mut out = format!("{}\n\n{}\n\n", found.campaign, finding(found));
-    for (k, one) in found.causes.iter().enumerate() {
-        let own = found.causes.chunk_by(is_of_one).find(|own| own.iter().any(|other| std::ptr::eq(other, one)));
-        out += &cause(k + 1, one, own.unwrap_or_default());
+    let of_one = found.causes.chunk_by(is_of_one).flat_map(|own| own.iter().map(move |one| (one, own)));
+    for (k, (one, own)) in of_one.enumerate() {
+        out += &cause(k + 1, one, own);
     }
     if !found.causes.is_empty() {
         let row = |what: String, rms: f64| (what, rms, format!("{rms:.4} mm"));
@@ -235,7 +235,7 @@ fn curve_text(curve: &Curve) -> String {
 
 /// What explained gaps leave above the noise is reported from this part of the noise on: a quarter of its variance. A judgement.
 const SHOWN_REST: f64 = 0.5;
-/// Probability of as much autocorrelation by chance below which something else than noise is left.
+/// Probability of as much autocorrelation by chance below which something else than noise is left; that of a cause.
 const STRUCTURED: f64 = 0.01;
 
 /// What stays open, what was excluded, and what could not be tried.

@@ -288,7 +288,7 @@ impl CampaignCheck {
             own_weight: OwnWeight::of_campaign(model, &model.registry.nominal(), campaign),
             warnings: warnings.to_vec(),
             has_orientations: NoiseSources::new(campaign).orientation.is_some(),
-            has_lengths: readings.iter().any(|reading| reading.observes.length_rows() > 0),
+            has_lengths: campaign.holds_lengths(),
         }
     }
 }

@@ -48,6 +48,20 @@ fn narrow_poses_make_the_arm_no_worse_elsewhere() {
     assert!(after < 0.5 * before, "{before} -> {after}");
 }
 
+/// Fewer configurations than tell the lags of all joints apart: a diagnosis says what it can.
+#[test]
+fn few_configurations_are_diagnosed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    for (robot, poses) in [("universal-ur5", "12"), ("franka-panda", "15")] {
+        let unknown = ["--noise", "0.05", "--conditions", "--unknown-base", "--unknown-tool", "--seed", "1"];
+        let into = format!("few-{robot}");
+        ok(at, &[&["simulate", robot, "--poses", poses, "--into", &into][..], &unknown].concat());
+        let found = json(&run(at, &["diagnose", &into, "--format", "json"]));
+        assert!(found["verdict"].is_string(), "{robot}: {found}");
+    }
+}
+
 #[test]
 fn a_joint_that_never_moved_is_told_by_every_verb() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -24,7 +24,7 @@ use crate::math::distinct;
 use crate::math::quantiles::{HUBER, TUKEY};
 use crate::model::{Model, of_sessions, with_values};
 use crate::parameter::{Group, Slot};
-use crate::plausibility::{Evidence, Limits, forced, judge, why_not_computed};
+use crate::plausibility::{Evidence, Limits, forced, is_above_noise, judge, why_not_computed};
 use crate::render::identification as render;
 use crate::render::tables;
 use crate::results::{AgainstOther, CombinedParameters, Identification, SchemeComparison, Since};
@@ -196,11 +196,8 @@ pub(super) fn calibrated(
     saved.validity = Some(range);
     let mut judged = judge(&Evidence::with(model, campaign, &found), &Limits::default());
     // What registration leaves is the robot's own error.
-    let is_own = |diagnostic: &Diagnostic| {
-        diagnostic.code == Code::NoiseUnlikeStated && diagnostic.figures.get("ratio").is_some_and(|ratio| *ratio > 1.0)
-    };
     let is_registration = settings.only == Some(Vec::new());
-    judged.retain(|diagnostic| !is_own(diagnostic) || !is_registration);
+    judged.retain(|diagnostic| !is_above_noise(diagnostic) || !is_registration);
     judged.extend(unusable(
         &saved,
         session,
@@ -452,16 +449,11 @@ fn unfitted(campaign: &Campaign, held_out: &[bool]) -> Option<(&'static str, Str
 /// Why a campaign of angles or torques alone is not diagnosed.
 pub const NO_LENGTHS: &str = "the readings hold no lengths, in which a diagnosis compares effects";
 
-/// Whether a campaign is not of angles or torques alone.
-pub fn holds_lengths(campaign: &Campaign) -> bool {
-    campaign.readings.iter().any(|reading| reading.observes.length_rows() > 0)
-}
-
 /// Refuses a campaign of angles or torques alone, in which effects are not compared.
 pub fn has_lengths(campaign: &Campaign) -> Result<(), Error> {
     let remedy = "`identify` fits angles or torques alone and shows what is left of them, and `report` writes a page of it; a diagnosis needs \
                   positions, poses, distances, contacts or deflections with them";
-    if holds_lengths(campaign) { Ok(()) } else { Err(Error::input(NO_LENGTHS, remedy)) }
+    if campaign.holds_lengths() { Ok(()) } else { Err(Error::input(NO_LENGTHS, remedy)) }
 }
 
 /// Only `count` of the configurations that would be fitted, drawn with the seed, and all those to check.

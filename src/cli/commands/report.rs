@@ -9,16 +9,16 @@ use sources::sources;
 
 use super::delivery::Delivery;
 use super::diagnose::{Described, worse_than_found};
-use super::identify::{compared, holds_lengths, left_to_fit, not_computed, other};
+use super::identify::{compared, left_to_fit, not_computed, other};
 use crate::Error;
 use crate::cli::args::{Arguments, Format, Report as Asked};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::diagnosis::Verdict;
-use crate::diagnostic::{Code, Diagnostic};
+use crate::diagnostic::Code;
 use crate::estimation::{CHECK, Settings, split};
 use crate::files::{is_device, writable};
-use crate::plausibility::{Evidence, Limits, doubts, judge, judge_result};
+use crate::plausibility::{Evidence, Limits, doubts, is_above_noise, judge, judge_result};
 use crate::render::html::write;
 use crate::results::{CombinedParameters, Report};
 use crate::review::review;
@@ -29,7 +29,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
     let held_out = split(campaign, CHECK, session.seed());
     left_to_fit(campaign, &held_out)?;
-    if !holds_lengths(campaign) {
+    if !campaign.holds_lengths() {
         return fitted::run(command, session, loaded, &held_out, page);
     }
     let force = session.arguments.force;
@@ -50,11 +50,8 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         }
         // What calibration leaves above the noise is no doubt where the causes explain it.
         let is_explained = review.diagnosis.verdict == Verdict::Explained;
-        let is_gap = |own: &Diagnostic| {
-            own.code == Code::NoiseUnlikeStated && own.figures.get("ratio").is_some_and(|ratio| *ratio > 1.0)
-        };
         let mut of_result = judge_result(&Evidence::with(model, campaign, found), &Limits::default());
-        of_result.retain(|own| !(is_explained && is_gap(own)));
+        of_result.retain(|own| !(is_explained && is_above_noise(own)));
         judged.extend(of_result);
     }
     for doubt in doubts(model, campaign, &review.diagnosis, &Limits::default()) {

@@ -257,6 +257,11 @@ impl Campaign {
         }
     }
 
+    /// Whether any reading holds lengths: it is not of angles or torques alone.
+    pub fn holds_lengths(&self) -> bool {
+        self.readings.iter().any(|reading| reading.observes.length_rows() > 0)
+    }
+
     /// Whether any reading holds the orientation of the tool.
     pub fn sees_orientation(&self) -> bool {
         self.readings.iter().any(|reading| reading.observes.sees_orientation())
