@@ -11,6 +11,7 @@ use super::{Nonlinear, NonlinearParameter, NonlinearValue};
 use crate::description::raw::{JointKind, RawAmount, RawCurve, RawEffect};
 use crate::description::robot::{FrameIndex, Motion};
 use crate::diagnostic::{Diagnostic, nearest};
+use crate::math::distinct;
 use crate::model::{Actuator, Effect, EffectEntry, EffectParameter, Family, Fault, Frame, Marker, Model, SwitchedOn};
 use crate::parameter::{Group, Kind, Parameter, Slot};
 
@@ -190,11 +191,13 @@ impl Model {
 
     /// Why an effect cannot sit at a site, its `sites` being others.
     fn unknown_site(&self, effect: &dyn Effect, at: &str, sites: &[Site]) -> Diagnostic {
-        let written = effect.sits_at().written();
         let (kind, owner) = at.split_once(':').unwrap_or((at, ""));
         let cannot = Diagnostic::error(format!("effect `{}` cannot sit at `{at}`", effect.name()));
-        if kind != written.split(':').next().unwrap_or(written) {
-            return cannot.remedy(format!("write `{written}`"));
+        let own = std::iter::once(effect.sits_at()).chain(sites.iter().map(|site| site.kind));
+        let written: Vec<&str> = distinct(own.map(SiteKind::written));
+        if written.iter().all(|written| written.split(':').next() != Some(kind)) {
+            let written: Vec<String> = written.iter().map(|written| format!("`{written}`")).collect();
+            return cannot.remedy(format!("write {}", written.join(" or ")));
         }
         let (what, owners): (_, Vec<&str>) = match effect.sits_at() {
             SiteKind::Actuator => ("actuator", self.actuators.iter().map(|actuator| actuator.name.as_str()).collect()),
