@@ -55,20 +55,33 @@ impl RawValidity {
         }
     }
 
-    /// A warning where readings of a campaign lie outside.
-    pub fn outside_of(&self, variables: &[&str], campaign: &Campaign) -> Option<Diagnostic> {
+    /// A warning where readings of a campaign lie outside; where something `goes_with_time`, so do those of a session that lasts longer.
+    pub fn outside_of(&self, variables: &[&str], campaign: &Campaign, goes_with_time: bool) -> Option<Diagnostic> {
         let readings = campaign.readings.iter().enumerate();
         let states = readings.map(|(index, reading)| State {
             payload: Some(reading.payload.map_or(0.0, |payload| payload.mass)),
             temperature: campaign.conditions.temperature_of(index),
             ..State::new(campaign.configuration(index), &reading.wrench)
         });
-        self.outside(variables, states)
+        let since_start = campaign.conditions.session_time.iter().flatten().copied();
+        let lasts_longer =
+            |[from, to]: [f64; 2]| range(since_start).is_some_and(|[_, most]| most > (1.0 + MARGIN) * (to - from));
+        let first = self.time.filter(|_| goes_with_time).filter(|time| lasts_longer(*time)).map(|_| "time".to_string());
+        self.outside_with(first, variables, states)
     }
 
     /// A warning where a state lies outside: what was found is extrapolated there.
     pub fn outside<'a>(&self, variables: &[&str], states: impl Iterator<Item = State<'a>>) -> Option<Diagnostic> {
-        let mut found: Vec<String> = Vec::new();
+        self.outside_with(None, variables, states)
+    }
+
+    fn outside_with<'a>(
+        &self,
+        first: Option<String>,
+        variables: &[&str],
+        states: impl Iterator<Item = State<'a>>,
+    ) -> Option<Diagnostic> {
+        let mut found: Vec<String> = first.into_iter().collect();
         let mut note = |what: String| {
             if !found.contains(&what) {
                 found.push(what);

@@ -11,7 +11,7 @@
 use super::compared::{Compared, Tests};
 use super::forward::Forward;
 use super::gates::Gates;
-use super::held_out::Additions;
+use super::held_out::{Additions, paired};
 use super::hypothesis::Hypothesis;
 use super::level::{Level, Stability, Support};
 use super::rivals::Rival;
@@ -233,7 +233,42 @@ impl Compared<'_> {
             let rivals = twins.chain(rivals.iter().cloned()).collect();
             Claim { hypothesis, level, rivals, support, stability, is_of_set: !is_one }
         };
-        self.sets[own].iter().map(claim).collect()
+        let mut claims: Vec<Claim> = self.sets[own].iter().map(claim).collect();
+        if !is_one && !self.is_sharp {
+            claims.iter_mut().for_each(|claim| self.add_other_laws(&self.sets[own], claim));
+        }
+        claims
+    }
+
+    /// Adds to a law of one of several joints that are one cause the other laws of its family at its joint that leave less in its place; where
+    /// one certainly does, or many do, no more than the family is known.
+    fn add_other_laws(&self, set: &[usize], claim: &mut Claim) {
+        let (forward, hypotheses) = (self.forward, &self.forward.problem.hypotheses);
+        let own = claim.hypothesis;
+        let others: Vec<usize> = self.others.iter().chain(set).copied().filter(|&h| h != own).collect();
+        let gains = forward.selector.gains(&others);
+        let is_possible = |&h: &usize| {
+            let (law, other) = (&hypotheses[own], &hypotheses[h]);
+            let is_like = other.family() == law.family() && other.site.name == law.site.name;
+            is_like && !other.is_free() && !other.is_same(law) && gains[h].directions > 0
+        };
+        let laws: Vec<usize> = (0..hypotheses.len()).filter(is_possible).collect();
+        let sets: Vec<Vec<usize>> = std::iter::once(own).chain(laws).map(|h| vec![h]).collect();
+        let losses = forward.losses(&others, &sets);
+        let total = |at: usize| losses.with[at].iter().sum::<f64>();
+        let mut better: Vec<usize> = (1..sets.len()).filter(|&at| total(at) < total(0)).collect();
+        better.sort_by(|&a, &b| total(a).total_cmp(&total(b)));
+        let certain = forward.settings.certain_of(sets.len() - 1);
+        let is_beaten = better.iter().any(|&at| paired(&losses.with[0], &losses.with[at]).t > certain);
+        for at in better {
+            let h = sets[at][0];
+            if !claim.rivals.iter().any(|known| hypotheses[known.hypothesis].is_same(&hypotheses[h])) {
+                claim.rivals.push(Rival { hypothesis: h, loss: total(at) - total(0), is_of_joints: false });
+            }
+        }
+        if is_beaten || claim.rivals.len() >= forward.settings.group {
+            claim.level = Level::Family;
+        }
     }
 
     /// Adds the joints that do as well together as a law does by itself to what cannot be distinguished from it: where the noise decides, rivals

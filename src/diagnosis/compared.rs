@@ -110,7 +110,7 @@ impl Compared<'_> {
         let before = self.before();
         let taken = self.additions.candidates[at].tr_mul(&before).norm_squared();
         let within = selector.gains(self.others);
-        let all = selector.projection.gains(self.others, f64::INFINITY);
+        let all = selector.projection.gains(self.others, f64::INFINITY, f64::INFINITY);
         let is_beyond = |&h: &usize| {
             within[h].directions == 0
                 && all[h].squares > taken

@@ -4,14 +4,16 @@ use super::autocorrelation::autocorrelation;
 use super::bootstrap::Bootstrap;
 use super::claims::Claim;
 use super::competition::Competition;
+use super::cross_validation::errors_of;
 use super::few_angles::few_angles;
 use super::implied::{curve, curves, implied};
 use super::inputs::Inputs;
 use super::level::Level;
-use super::linear_fit::{FittedParameter, LinearFit, entry, reported};
+use super::linear_fit::{FittedParameter, LinearFit, Structure, entry, reported};
 use super::location::sites;
 use super::next_poses::next_poses;
 use super::outliers;
+use super::refinement::slopes;
 use super::refit::refit;
 use super::regions::{excess_compliance, regions};
 use super::result::{
@@ -25,6 +27,7 @@ use crate::description::campaign::{Amount, Reading};
 use crate::estimation::CalibrationError;
 use crate::math::{mean_rms_max, orthonormal, project_off};
 use crate::model::Model;
+use crate::parameter::{Group, Slot};
 use crate::prediction::PredictionError;
 
 /// Concludes a competition that was held without the readings marked as outliers.
@@ -44,11 +47,14 @@ pub fn conclude(
     let judgement = judge(inputs, competition, &selector);
     let members = judgement.members();
     let autocorrelation = residual_autocorrelation(inputs, competition, members);
-    let verdict = by_noise(&judgement, &autocorrelation, settings.autocorrelation.chance);
+    let verdict = by_noise(&judgement, &autocorrelation, settings);
     let gap = gap(competition, &judgement, verdict);
     progress("locating");
     let location = location(inputs, competition, &gap, judgement.noise)?;
-    let linear = LinearFit::new(problem, members, judgement.noise);
+    let structures = structures(&selector, members, judgement.noise);
+    let structure = structures.iter().copied().find(|own| own.is_certain);
+    let slopes = slopes(inputs.model, competition, members)?;
+    let linear = LinearFit::new(problem, members, judgement.noise, structures, slopes);
     let refit = refit(inputs, competition, members, &linear);
     let bootstrap = Bootstrap::new(problem, members, settings.draws, settings.seed);
     let last = members.len();
@@ -56,11 +62,14 @@ pub fn conclude(
     let rivals: Vec<Vec<Rival>> = found.claims.iter().map(|claim| claim.rivals.clone()).collect();
     let mut causes = found.causes(inputs.model, &refit.parameters, &linear);
     let (rms_after, shrinkage) = (judgement.steps[last].left.rms, found.shrinkage(0, last));
+    let of_session = found.of_session(inputs.model, &refit.parameters, &linear);
+    let rms_of_robot = of_session.map(|rms| rms.hypot(rms_after));
     let both = inputs.campaign.readings.iter().zip(marked);
     let set_aside: Vec<&Reading> = both.filter(|(_, marked)| **marked).map(|(reading, _)| reading).collect();
     let outliers = outliers::cause(inputs, competition, members, marked, [gap.rms, rms_after])?;
     let with_outliers = outliers.as_ref().and_then(|outliers| outliers.with_all);
-    let is_open = verdict != Verdict::NoGap || outliers.is_some();
+    let has_outliers = outliers.is_some();
+    let is_open = verdict != Verdict::NoGap || has_outliers;
     let entered = if with_outliers.is_some() { 0 } else { causes.len() };
     causes.splice(entered..entered, outliers.map(|outliers| outliers.cause));
     let (rejected, rms_with_none) = rejected(&selector, members, &rivals);
@@ -71,8 +80,14 @@ pub fn conclude(
         causes.iter_mut().filter(|cause| cause.remedy == TELL_APART).for_each(|cause| cause.remedy = OTHER_KINDS);
     }
     let evidence = evidence(competition);
-    let is_closed = verdict == Verdict::NoGap;
-    let verdict = if is_closed { without_causes(inputs, competition, &gap, evidence, is_open) } else { verdict };
+    let verdict = match verdict {
+        Verdict::NoGap => without_causes(inputs, competition, &gap, evidence, is_open),
+        // Outliers are certain where it is not known whether the rest is noise.
+        Verdict::Undecided if has_outliers && judgement.noise_source == NoiseSource::Residual => {
+            Verdict::PartlyExplained
+        }
+        other => other,
+    };
     let few_angles = at_few_angles(inputs, competition, &judgement, verdict)?;
     Ok(Diagnosis {
         gap,
@@ -83,6 +98,7 @@ pub fn conclude(
         rms_with_none,
         rms_after,
         rms_after_ci95: found.bootstrap.rms(last, rms_after),
+        rms_of_robot,
         autocorrelation,
         shrinkage,
         next_poses,
@@ -99,16 +115,18 @@ pub fn conclude(
         look_alikes: look_alikes(&selector, members, settings.look_alikes),
         not_tried: competition.not_tried.clone(),
         excluded: competition.excluded.clone(),
-        rest: Rest { few_angles, ..rest(competition, &selector, members, (rms_after, gap.noise), inputs) },
+        rest: Rest { few_angles, ..rest(competition, &selector, members, structure, (rms_after, gap.noise), inputs) },
         hypotheses: problem.named(),
         noise_source: judgement.noise_source,
     })
 }
 
 /// The verdict by the noise, where that is known.
-fn by_noise(judgement: &Judgement, autocorrelation: &[Autocorrelation], chance: f64) -> Verdict {
+fn by_noise(judgement: &Judgement, autocorrelation: &[Autocorrelation], settings: &Settings) -> Verdict {
+    let chance = settings.autocorrelation.chance;
     match judgement.noise_source {
         NoiseSource::Residual => without_noise(judgement.verdict, autocorrelation, chance),
+        _ if judgement.is_open(autocorrelation, chance, settings.verdict.open) => Verdict::PartlyExplained,
         _ => judgement.verdict,
     }
 }
@@ -145,31 +163,55 @@ fn without_causes(
 /// Share of what is above the noise from which a free curve carries most of it.
 const MOST_OF_REST: f64 = 0.5;
 
+/// Curves in what the members leave: the one that takes most by direction, where that is no chance, and at the site of each member the one that
+/// takes more by direction than what is left has, where there is one. `noise` is over the sigmas.
+fn structures(selector: &Selector, members: &[usize], noise: f64) -> Vec<Structure> {
+    let hypotheses = &selector.projection.problem.hypotheses;
+    let gains = selector.gains_of_shapes(members);
+    let per_direction = |h: &usize| gains[*h].squares / gains[*h].directions as f64;
+    let greatest =
+        |among: &mut dyn Iterator<Item = usize>| among.max_by(|a, b| per_direction(a).total_cmp(&per_direction(b)));
+    let is_curve =
+        |&h: &usize| hypotheses[h].is_free() && hypotheses[h].level() == Level::Site && gains[h].directions > 0;
+    let curves: Vec<usize> = (0..hypotheses.len()).filter(is_curve).collect();
+    let best = greatest(&mut curves.iter().copied()).filter(|&h| !selector.is_chance(gains[h]));
+    let left = selector.fit(members);
+    let freedom = (selector.projection.freedom - left.directions as f64).max(1.0);
+    let scale = (left.squares / freedom).max(noise * noise);
+    let at_sites = members.iter().filter_map(|&own| {
+        let here = |h: &usize| hypotheses[*h].site.name == hypotheses[own].site.name && per_direction(h) > scale;
+        greatest(&mut curves.iter().copied().filter(here))
+    });
+    let of = |curve: usize, least: f64, is_certain: bool| {
+        let squares = (gains[curve].squares - least * gains[curve].directions as f64).max(0.0);
+        Structure { curve, squares, is_certain }
+    };
+    let best = best.map(|curve| of(curve, noise * noise, true));
+    best.into_iter().chain(at_sites.map(|curve| of(curve, scale, false))).collect()
+}
+
 /// What the causes leave above the noise (m), and the free curve that would take most of it away.
 fn rest(
     competition: &Competition,
     selector: &Selector,
     members: &[usize],
+    structure: Option<Structure>,
     (after, noise): (f64, f64),
     inputs: &Inputs,
 ) -> Rest {
     let hypotheses = &selector.projection.problem.hypotheses;
-    let gains = selector.gains_of_shapes(members);
-    let per_direction = |h: usize| gains[h].squares / gains[h].directions as f64;
-    let is_curve = |h: usize| hypotheses[h].is_free() && hypotheses[h].level() == Level::Site;
-    let free = (0..hypotheses.len()).filter(|&h| is_curve(h) && gains[h].directions > 0);
-    let best = free.max_by(|&a, &b| per_direction(a).total_cmp(&per_direction(b)));
     // It names the site only where it carries most of what is above the noise.
     let left = selector.fit(members);
     let of_noise = (noise / selector.projection.problem.error_of_one_sigma()).powi(2);
     let above = left.squares - of_noise * (selector.projection.freedom - left.directions as f64);
-    let is_most = |&h: &usize| !selector.is_chance(gains[h]) && gains[h].squares > MOST_OF_REST * above;
-    let best = best.filter(is_most).map(|h| &hypotheses[h]);
+    let own = structure.map(|own| &hypotheses[own.curve]);
+    let best = structure.filter(|own| own.squares > MOST_OF_REST * above).map(|own| &hypotheses[own.curve]);
     Rest {
         rms: (after * after - noise * noise).max(0.0).sqrt(),
         site: best.map(|hypothesis| hypothesis.site.name.clone()),
         follows: best.and_then(|own| own.follows(&inputs.model.coordinate_names(), competition.is_loaded())),
         few_angles: None,
+        allowed_for: own.filter(|_| !members.is_empty()).map(|hypothesis| hypothesis.site.name.clone()),
     }
 }
 
@@ -260,7 +302,7 @@ impl<'a> Explanation<'a> {
         // Where the noise does not decide, and a fresh campaign may be no better with all causes, no more than their families is known.
         let is_decided = judgement.verdict == Verdict::Explained;
         let last = judgement.members().len();
-        if is_decided || found.bootstrap.excludes_nothing(last, found.shrinkage(0, last).value) {
+        if is_decided || found.shrinkage(0, last).ci95.is_none_or(|[low, _]| low > 0.0) {
             return found;
         }
         let of_family = |claim: &Claim| Claim { level: Level::Family, ..claim.clone() };
@@ -301,6 +343,24 @@ impl<'a> Explanation<'a> {
         all
     }
 
+    /// Root mean square displacement of the readings by what belongs to the session, m, that base and tool cannot take up, or anything that
+    /// is re-fitted where part of it is no law; `None` where nothing belongs to it.
+    fn of_session(&self, model: &Model, fitted: &[Vec<FittedParameter>], linear: &LinearFit) -> Option<f64> {
+        let problem = &self.competition.problem;
+        let causes = fitted.iter().enumerate().map(|(step, own)| (step, self.cause(model, step, own, linear)));
+        let is_left_out = |(_, cause): &(usize, Cause)| {
+            cause.entries.iter().any(|entry| cause.is_of_the_session(entry) && cause.remains(model, entry).is_none())
+        };
+        let left_out: Vec<(usize, Cause)> = causes.filter(is_left_out).collect();
+        let are_laws = left_out.iter().all(|(_, cause)| cause.level == Level::Law);
+        let moved = left_out.iter().map(|(step, _)| linear.contribution(*step)).reduce(|all, own| all + own)?;
+        let is_placed = |slot: Slot| matches!(model.registry[slot].group, Group::Base | Group::Tool);
+        let kept = self.competition.kept.iter().enumerate();
+        let refitted: Vec<usize> = kept.filter(|(_, slot)| !are_laws || is_placed(**slot)).map(|(k, _)| k).collect();
+        let left = project_off(&moved, &orthonormal(&problem.nuisance.select_columns(&refitted), None));
+        Some(errors_of(problem, &left, problem.reading.clone())[1])
+    }
+
     /// The cause that enters at a step.
     fn cause(&self, model: &Model, step: usize, fitted: &[FittedParameter], linear: &LinearFit) -> Cause {
         let hypotheses = &self.competition.problem.hypotheses;
@@ -324,7 +384,7 @@ impl<'a> Explanation<'a> {
             site,
             probability: Some(claim.probability(self.odds)),
             entries: vec![entry(hypothesis, fitted)],
-            parameters: reported(model, hypothesis, fitted),
+            parameters: reported(model, hypothesis, fitted, linear.width_of_nonlinear(step)),
             rms_before: self.judgement.steps[step].left.rms,
             rms_after: self.judgement.steps[step + 1].left.rms,
             shrinkage: self.shrinkage(step, step + 1),

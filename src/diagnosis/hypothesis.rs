@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::level::Level;
 use super::result::EffectAtSite;
@@ -105,6 +105,32 @@ impl Hypothesis {
     /// Whether its law is a free curve.
     pub fn is_free(&self) -> bool {
         self.effect.is_free_form()
+    }
+
+    /// Whether it is a curve over the position of the joint where it sits.
+    pub fn is_over_own_position(&self) -> bool {
+        self.knots_over_own_position().is_some()
+    }
+
+    fn knots_over_own_position(&self) -> Option<Arc<[f64]>> {
+        let own = self.site.coordinate.filter(|_| self.site.kind == SiteKind::Joint)?;
+        match &self.nonlinear.values()[..] {
+            [NonlinearValue::Driver(Driver::Angle(variable)), NonlinearValue::Knots(at)] if *variable == own => {
+                Some(at.clone())
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether, such a curve, it changes between two knots by more than a share of what the joint moves. `amounts` are those of its parameters.
+    pub fn is_steeper(&self, amounts: &DVector<f64>, share: f64) -> bool {
+        let Some(at) = self.knots_over_own_position() else { return false };
+        let amount = |k: usize| {
+            let name = format!("k{}", k + 1);
+            // One that was left out is what the others are counted from.
+            self.parameters.iter().zip(amounts).find(|(own, _)| own.symbol == name).map_or(0.0, |(_, amount)| *amount)
+        };
+        (1..at.len()).any(|k| (amount(k) - amount(k - 1)).abs() > share * (at[k] - at[k - 1]).abs())
     }
 
     /// What kind of thing it is.

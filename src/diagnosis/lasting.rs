@@ -3,7 +3,7 @@
 use super::level::Level;
 use super::result::Cause;
 use crate::description::frame::Motion;
-use crate::effects::{EffectEntry, Family, Nonlinear};
+use crate::effects::{Driver, EffectEntry, Family, Nonlinear, NonlinearValue};
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -11,7 +11,10 @@ impl Cause {
     /// Whether one of its entries belongs to the session, and not to the robot: what is of the measurement, and what goes with the time of
     /// this session, but for a law that comes again in every one.
     pub fn is_of_the_session(&self, entry: &EffectEntry) -> bool {
-        let is_of_time = self.family == Family::Time && (self.level != Level::Law || !entry.effect.recurs());
+        // What goes with the time since the start of every session comes again in each of them.
+        let is_of_sessions = entry.nonlinear.values().contains(&NonlinearValue::Driver(Driver::SessionTime));
+        let recurs = is_of_sessions || self.level == Level::Law && entry.effect.recurs();
+        let is_of_time = self.family == Family::Time && !recurs;
         entry.effect.is_of_the_measurement(&entry.site) || is_of_time
     }
 

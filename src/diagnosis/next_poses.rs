@@ -12,8 +12,8 @@ use super::result::NextPose;
 use super::rivals::Rival;
 use crate::description::campaign::{Campaign, ConditionColumn, Reading};
 use crate::kinematics::Geometry;
-use crate::math::least_squares;
-use crate::simulation::{draw_configurations, generator};
+use crate::math::{extremes, least_squares};
+use crate::simulation::{draw_configurations_in, generator, joint_box};
 
 /// Proposals for the first causes that have rivals, `rivals` being those of each member; none where configurations cannot
 /// be drawn.
@@ -40,7 +40,16 @@ fn trial(inputs: &Inputs, competition: &Competition) -> Option<Campaign> {
     let (settings, campaign) = (&inputs.settings.proposals, &competition.campaign);
     let geometry = Geometry::new(inputs.model, &competition.values).ok()?;
     let mut random = generator(inputs.settings.seed);
-    let configurations = draw_configurations(&geometry, settings.drawn, settings.range, &mut random).ok()?;
+    // Without limits nothing says that a joint can leave the range that was measured.
+    let measured = |(variable, own): (usize, [f64; 2])| {
+        let is_limited =
+            inputs.model.variables[variable].limits.is_some_and(|both| both.iter().all(|end| end.is_finite()));
+        let all = (0..campaign.readings.len()).filter_map(|index| campaign.configuration(index).get(variable).copied());
+        if is_limited { own } else { extremes(all) }
+    };
+    let within: Vec<[f64; 2]> =
+        (0..inputs.model.variables.len()).zip(joint_box(inputs.model, settings.range)).map(measured).collect();
+    let configurations = draw_configurations_in(&geometry, &within, settings.drawn, &mut random).ok()?;
     let mut loads: Vec<[f64; 6]> = campaign.readings.iter().map(|reading| reading.wrench).collect();
     loads.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
     loads.dedup();

@@ -261,7 +261,7 @@ pub fn cause(
 
 /// What is left of all readings with some members fitted.
 fn left_of_all(inputs: &Inputs, competition: &Competition, members: &[usize]) -> Result<Vec<f64>, CalibrationError> {
-    let fitted = LinearFit::new(&competition.problem, members, 1.0);
+    let fitted = LinearFit::new(&competition.problem, members, 1.0, Vec::new(), Vec::new());
     let mut model = inputs.model.clone();
     for (step, &member) in members.iter().enumerate() {
         model.switch_on(entry(&competition.problem.hypotheses[member], &fitted.parameters(step)));

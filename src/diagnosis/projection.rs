@@ -111,17 +111,18 @@ impl<'a> Projection<'a> {
         })
     }
 
-    /// Gain of every hypothesis over those fitted; none where an amount would exceed `greatest` times its common size.
-    pub fn gains(&self, members: &[usize], greatest: f64) -> Vec<Gain> {
-        self.gains_with(members, greatest, false)
+    /// Gain of every hypothesis over those fitted; none where an amount would exceed `greatest` times its common size, or a curve
+    /// take away more than the share `slope` of its joint's motion.
+    pub fn gains(&self, members: &[usize], greatest: f64, slope: f64) -> Vec<Gain> {
+        self.gains_with(members, (greatest, slope), false)
     }
 
     /// The same, of curves by their shapes: what these readings do not show of their amounts may be any.
-    pub fn gains_of_shapes(&self, members: &[usize], greatest: f64) -> Vec<Gain> {
-        self.gains_with(members, greatest, true)
+    pub fn gains_of_shapes(&self, members: &[usize], greatest: f64, slope: f64) -> Vec<Gain> {
+        self.gains_with(members, (greatest, slope), true)
     }
 
-    fn gains_with(&self, members: &[usize], greatest: f64, of_shapes: bool) -> Vec<Gain> {
+    fn gains_with(&self, members: &[usize], (greatest, slope): (f64, f64), of_shapes: bool) -> Vec<Gain> {
         let used = self.span(members);
         let residual = used.as_ref().map_or_else(|| self.residual.clone(), |used| project_off(&self.residual, used));
         let gain = |(h, block): (usize, &DMatrix<f64>)| {
@@ -153,7 +154,7 @@ impl<'a> Projection<'a> {
                 }
             };
             let variance = (residual.norm_squared() - squares).max(0.0) / self.freedom;
-            let is_plausible = self.is_plausible(h, directions, &amounts, (greatest, of_shapes))
+            let is_plausible = self.is_plausible(h, directions, &amounts, (greatest, slope, of_shapes))
                 && self.is_of_all_joints(h, &amounts, &normal, variance);
             if is_plausible { Gain { squares, directions } } else { Gain::default() }
         };
@@ -167,9 +168,12 @@ impl<'a> Projection<'a> {
         h: usize,
         directions: usize,
         of_block: &DVector<f64>,
-        (greatest, of_shapes): (f64, bool),
+        (greatest, slope, of_shapes): (f64, f64, bool),
     ) -> bool {
         let hypothesis = &self.problem.hypotheses[h];
+        if slope.is_finite() && self.is_steeper(h, of_block, slope) {
+            return false;
+        }
         if directions < hypothesis.columns.ncols() {
             return !hypothesis.is_positive;
         }
@@ -186,6 +190,18 @@ impl<'a> Projection<'a> {
                 amount.abs() <= greatest * parameter.scale && (*amount >= 0.0 || can_be_negative(parameter.is_positive))
             }
         })
+    }
+
+    /// Whether a hypothesis is a curve over its joint's own position that undoes more than a share of its motion between two knots; of columns that
+    /// are not told apart by the least amounts that do as much.
+    fn is_steeper(&self, h: usize, of_block: &DVector<f64>, share: f64) -> bool {
+        let (hypothesis, product) = (&self.problem.hypotheses[h], &self.products[h]);
+        if product.is_empty() || !hypothesis.is_over_own_position() {
+            return false;
+        }
+        let svd = product.clone().svd(true, true);
+        let least = f64::EPSILON * svd.singular_values.max() * product.nrows().max(product.ncols()) as f64;
+        svd.solve(of_block, least).is_ok_and(|amounts| hypothesis.is_steeper(&amounts, share))
     }
 
     /// Amounts of a hypothesis from those of its orthonormal columns; of a shape without what these readings do not show: along a line for which

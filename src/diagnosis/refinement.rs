@@ -1,11 +1,14 @@
 //! Second pass over continuous nonlinear parameters: values between those offered at first.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
+use super::competition::Competition;
 use super::inputs::Inputs;
 use super::linear_problem::LinearProblem;
+use crate::description::campaign::Campaign;
 use crate::effects::{Nonlinear, Survey};
-use crate::math::{orthonormal, project_off};
+use crate::math::{least_squares, orthonormal, project_off};
+use crate::model::Model;
 use crate::prediction::{PredictionError, Term, effect_columns};
 
 /// Refines the nonlinear parameters of the members in place, to what readings that span so much tell, fitted to all but the readings that
@@ -68,6 +71,48 @@ pub fn refine(
 /// Relative distance of neighbouring values below which nothing is refined further: readings without noise would go on to rounding.
 const FINEST: f64 = 1e-4;
 
+/// Relative step by which derivatives are taken: the error of the difference is of its square.
+const STEP: f64 = 1e-3;
+
+/// Of each member with a continuous nonlinear parameter: how the weighted readings change with it, by its relative change, the amounts being
+/// those of the linear fit.
+///
+/// # Errors
+/// A configuration that cannot be assembled.
+pub fn slopes(
+    model: &Model,
+    competition: &Competition,
+    members: &[usize],
+) -> Result<Vec<Option<DVector<f64>>>, PredictionError> {
+    let problem = &competition.problem;
+    let has_any = members.iter().any(|&h| problem.hypotheses[h].nonlinear.continuous().is_some());
+    if !has_any {
+        return Ok(vec![None; members.len()]);
+    }
+    let x = least_squares(&problem.design(members), &problem.residual);
+    let mut first = problem.nuisance.ncols();
+    let mut all = Vec::new();
+    for &member in members {
+        let hypothesis = &problem.hypotheses[member];
+        let amounts = x.rows(first, hypothesis.columns.ncols());
+        first += hypothesis.columns.ncols();
+        let is_whole = hypothesis.columns.ncols() == hypothesis.parameters.len();
+        let Some(value) = hypothesis.nonlinear.continuous().filter(|_| is_whole) else {
+            all.push(None);
+            continue;
+        };
+        let tried = [1.0 - STEP, 1.0 + STEP].map(|times| hypothesis.nonlinear.clone().with_continuous(times * value));
+        let [less, more] =
+            &weighted_columns(model, &competition.campaign, &competition.values, problem, member, &tried)?[..]
+        else {
+            all.push(None);
+            continue;
+        };
+        all.push(Some((more - less) * amounts / (2.0 * STEP)));
+    }
+    Ok(all)
+}
+
 /// Columns of a hypothesis at values of its continuous nonlinear parameter, but at those that the readings do not span; the value that it
 /// has now is never left out.
 fn columns_of(
@@ -83,11 +128,25 @@ fn columns_of(
     let of = |&value: &f64| hypothesis.nonlinear.clone().with_continuous(value);
     let is_identifiable = |own: &Nonlinear| own.continuous() == now || effect.is_identifiable(site, survey, own);
     let tried: Vec<Nonlinear> = tried.iter().map(of).filter(is_identifiable).collect();
-    let terms = tried.iter().map(|own| Term::new(inputs.model, effect, site, own)).collect();
-    let (all, width) = effect_columns(inputs.model, inputs.campaign, values, terms)?;
+    let columns = weighted_columns(inputs.model, inputs.campaign, values, problem, h, &tried)?;
+    Ok(tried.into_iter().zip(columns).collect())
+}
+
+/// Weighted columns of a hypothesis at some of its nonlinear values.
+fn weighted_columns(
+    model: &Model,
+    campaign: &Campaign,
+    values: &[f64],
+    problem: &LinearProblem,
+    h: usize,
+    tried: &[Nonlinear],
+) -> Result<Vec<DMatrix<f64>>, PredictionError> {
+    let hypothesis = &problem.hypotheses[h];
+    let terms = tried.iter().map(|own| Term::new(model, &hypothesis.effect, &hypothesis.site, own)).collect();
+    let (all, width) = effect_columns(model, campaign, values, terms)?;
     let count = hypothesis.parameters.len();
     let columns = |k: usize| {
         DMatrix::from_fn(problem.rows(), count, |row, c| all[row * width + k * count + c] / problem.sigmas[row])
     };
-    Ok(tried.into_iter().enumerate().map(|(k, own)| (own, columns(k))).collect())
+    Ok((0..tried.len()).map(columns).collect())
 }

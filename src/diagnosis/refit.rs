@@ -37,7 +37,7 @@ fn in_order(inputs: &Inputs, competition: &Competition, members: &[usize], linea
     if curves.is_empty() {
         return calibrated(inputs, competition, &all, &[], linear.noise);
     }
-    let of_laws = LinearFit::new(&competition.problem, &laws, linear.noise);
+    let of_laws = linear.of(&laws);
     let start: Vec<(usize, Vec<FittedParameter>)> =
         laws.iter().enumerate().map(|(step, &law)| (law, of_laws.parameters(step))).collect();
     let found = calibrated(inputs, competition, &start, &[], linear.noise)?;

@@ -63,7 +63,7 @@ pub struct CauseParameter {
     pub unit: &'static str,
     /// Value; of a constant of the model: its change.
     pub value: RawAmount,
-    /// Half width of its 95 % interval; `None` for a value that was chosen and not fitted.
+    /// Half width of its 95 % interval, with what it is nonlinear in fitted too; `None` for a value that was chosen, or that the readings do not tell.
     pub ci95: Option<f64>,
 }
 
@@ -185,6 +185,9 @@ pub struct Rest {
     pub site: Option<String>,
     /// What that curve follows.
     pub follows: Option<String>,
+    /// The site of a curve in it for which the intervals of the amounts of the causes allow where these could take it up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub allowed_for: Option<String>,
     /// The few angles of one joint at which most of it lies, where that is certain and the answer is open.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub few_angles: Option<FewAngles>,
@@ -332,6 +335,9 @@ pub struct Diagnosis {
     pub rms_after: f64,
     /// Its 95 % interval, by bootstrap over configurations.
     pub rms_after_ci95: Option<[f64; 2]>,
+    /// Root mean square error without those causes that belong to the session, m: what a description with the others leaves of these
+    /// readings; `None` where all causes are the robot's.
+    pub rms_of_robot: Option<f64>,
     /// Autocorrelation of the residuals that all causes leave.
     pub autocorrelation: Vec<Autocorrelation>,
     /// Shrinkage by all causes.

@@ -35,7 +35,7 @@ fn rivals_of(selector: &Selector, fit: &Subset, at: usize, per_pose: f64, settin
     let hypotheses = &selector.projection.problem.hypotheses;
     let (own, others) = (fit.members[at], fit.without(at));
     let before = selector.fit(&others);
-    let gains = selector.projection.gains(&others, f64::INFINITY);
+    let gains = selector.projection.gains(&others, f64::INFINITY, f64::INFINITY);
     let criterion = selector.criterion(fit);
     let is_same = |a: usize, b: usize| hypotheses[a].is_same(&hypotheses[b]);
     let free = |h: usize| {

@@ -29,12 +29,12 @@ impl<'a> Selector<'a> {
 
     /// Gain of every hypothesis over some, amounts in their common range.
     pub fn gains(&self, members: &[usize]) -> Vec<Gain> {
-        self.projection.gains(members, self.settings.greatest_amount)
+        self.projection.gains(members, self.settings.greatest_amount, self.settings.greatest_slope)
     }
 
     /// The same, of curves by their shapes.
     pub fn gains_of_shapes(&self, members: &[usize]) -> Vec<Gain> {
-        self.projection.gains_of_shapes(members, self.settings.greatest_amount)
+        self.projection.gains_of_shapes(members, self.settings.greatest_amount, self.settings.greatest_slope)
     }
 
     /// Bayesian information criterion of a fit, the greater the better; every variant tried counts.

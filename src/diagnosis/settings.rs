@@ -90,6 +90,10 @@ settings! {
         /// No parameter of a cause exceeds this many times its common size, so that readings that make no sense are not
         /// explained by amounts that make none. Raise it for faults far beyond the tolerances of the description.
         pub greatest_amount: f64 = 60.0,
+        /// No curve over a joint's own position takes away more than this share of its motion between two knots. A judgement: no gear errs by
+        /// a third of what it turns, and where readings follow from the joints alone (contacts) a curve that undoes the motion removes the
+        /// noise of the joint's own sensor.
+        pub greatest_slope: f64 = 0.3,
         /// Least root mean square contribution of an effect over the rows, in sigmas of the residuals. Smaller ones are
         /// significant with many readings, and negligible.
         pub least_contribution: f64 = 0.25,
@@ -239,6 +243,9 @@ settings! {
         pub explained: f64 = 0.15,
         /// Excess beyond which nothing counts as explained, nor readings that were not seen as noise: 1.5 times the noise.
         pub near: f64 = 1.25,
+        /// Excess from which residuals that show a pattern are left open: 1.25 times the noise. A judgement: what first order leaves of a great gap
+        /// is less.
+        pub open: f64 = 0.5625,
         /// Standard deviations of the excess (sqrt(2 / freedom)) that are taken for noise.
         pub excess_sigmas: f64 = 3.5,
         /// Excess taken for noise in addition: that of a noise stated 1.5 % too small.

@@ -25,6 +25,8 @@ pub struct Judgement {
     pub steps: Vec<Step>,
     /// The verdict by the noise alone.
     pub verdict: Verdict,
+    /// Variance that the causes leave above that of the noise, over it.
+    pub excess: f64,
     /// Noise over the sigmas of the rows.
     pub noise: f64,
     /// Where it comes from.
@@ -32,6 +34,12 @@ pub struct Judgement {
 }
 
 impl Judgement {
+    /// Whether causes that explain nearly all leave more than noise with a pattern, `excess` being the variance above that of the noise, over it,
+    /// from which that counts.
+    pub fn is_open(&self, tests: &[Autocorrelation], chance: f64, excess: f64) -> bool {
+        self.verdict == Verdict::Explained && self.excess > excess && is_autocorrelated(tests, chance)
+    }
+
     /// The causes, as indices of hypotheses.
     pub fn members(&self) -> &[usize] {
         self.steps.last().map_or(&[], |step| &step.subset.members)
@@ -95,7 +103,7 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
         _ if is_explained(before, after, limit, settings) => Verdict::Explained,
         _ => Verdict::PartlyExplained,
     };
-    Judgement { steps, verdict, noise, noise_source }
+    Judgement { steps, verdict, excess: after, noise, noise_source }
 }
 
 /// The causes without those that leave more of unseen readings than the others do alone, in an order in which each one takes something away,
@@ -160,12 +168,16 @@ fn is_explained(before: f64, after: f64, limit: f64, settings: &VerdictSettings)
     after <= limit || after < settings.near && after / before.max(1e-9) < settings.explained
 }
 
+/// Whether residuals show a pattern, `chance` being the probability over all tests below which they do.
+fn is_autocorrelated(tests: &[Autocorrelation], chance: f64) -> bool {
+    tests.iter().any(|test| test.p < chance / tests.len() as f64)
+}
+
 /// The verdict where the noise is not known: what the causes leave cannot show that nothing is left, and autocorrelated
 /// residuals show a gap. `chance` is the probability over all tests below which they are autocorrelated.
 pub fn without_noise(verdict: Verdict, tests: &[Autocorrelation], chance: f64) -> Verdict {
-    let is_autocorrelated = tests.iter().any(|test| test.p < chance / tests.len() as f64);
     match verdict {
-        Verdict::NoGap if is_autocorrelated => Verdict::Unexplained,
+        Verdict::NoGap if is_autocorrelated(tests, chance) => Verdict::Unexplained,
         Verdict::NoGap => Verdict::Undecided,
         Verdict::Explained => Verdict::PartlyExplained,
         other => other,

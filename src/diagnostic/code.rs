@@ -107,6 +107,8 @@ codes! {
     SpringsHeld "springs-held",
     /// Configurations or loads lie outside the range of the readings by which a description was fitted.
     OutsideValidity "outside-validity",
+    /// Base and tool of a description are of another set-up than those of the readings.
+    AnotherPlacement "another-placement",
     /// Terms that belong to a session are not written into the robot.
     OfTheSession "of-the-session",
 }

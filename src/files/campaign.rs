@@ -17,6 +17,7 @@ use crate::description::limits::READINGS;
 use crate::description::table::Table;
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
+use crate::effects::Family;
 use crate::model::usually_calibrated;
 use crate::noise::fill_noise;
 use crate::observation::Kinds;
@@ -39,7 +40,9 @@ impl LoadedCampaign {
     /// A warning where readings lie outside the range of those by which the robot's description was fitted.
     pub fn outside(&self) -> Option<Diagnostic> {
         let robot = &self.robot;
-        robot.raw.validity.as_ref()?.outside_of(&robot.model.variable_names(), &self.campaign)
+        let goes_with_time =
+            robot.model.effects.iter().any(|own| own.entry.effect.family(&own.entry.nonlinear) == Family::Time);
+        robot.raw.validity.as_ref()?.outside_of(&robot.model.variable_names(), &self.campaign, goes_with_time)
     }
 }
 

@@ -35,7 +35,7 @@ pub use structure::{Edge, MassElement, Spot, Structure, Vertex};
 use crate::description::fuzzy::Input;
 use crate::description::raw::JointKind;
 use crate::description::robot::{FrameIndex, KeepOut, Motion, SumLimit, Variable};
-use crate::parameter::{Group, Registry, Slot};
+use crate::parameter::{Group, Kind, Registry, Slot};
 use indexmap::IndexMap;
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -381,6 +381,19 @@ impl Model {
             Input::Variable(k) => (&self.variables[k].name, self.variables[k].is_angle),
             Input::Joint(k) => (&self.frames[k].name, self.frames[k].joint == JointKind::Revolute),
         }
+    }
+
+    /// How far the robot reaches at most, m: its lengths and strokes together; infinite where it has none of both.
+    pub fn reach(&self) -> f64 {
+        let slides = self.variables.iter().filter(|variable| !variable.is_angle).filter_map(|variable| variable.limits);
+        let strokes: f64 = slides.map(|[low, high]| high - low).sum();
+        let mut slots: Vec<Slot> = self.frames.iter().flat_map(|frame| frame.slots).collect();
+        slots.sort_unstable();
+        slots.dedup();
+        let own = slots.into_iter().map(|slot| &self.registry[slot]);
+        let lengths = own.filter(|own| own.kind == Kind::Length && own.group == Group::Geometry);
+        let all = lengths.map(|own| own.nominal.abs()).sum::<f64>() + strokes;
+        if all > 0.0 { all } else { f64::INFINITY }
     }
 
     /// Middle of the limits of each variable, zero where it has none.

@@ -1,7 +1,6 @@
 //! Numbers of a campaign that no instrument has and no robot bears: mostly a matter of units.
 
 use super::evidence::{Evidence, Limits};
-use super::hypothesis::total_length;
 use super::shown::number;
 use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::{Code, Diagnostic, Place};
@@ -33,7 +32,7 @@ const FAR_BEYOND: f64 = 10.0;
 
 /// Whether the stated noise of some lengths is so far beyond the robot's own that these readings place nothing.
 pub(super) fn is_noise_beyond(model: &Model, campaign: &Campaign) -> bool {
-    let most = FAR_BEYOND * reach(model);
+    let most = FAR_BEYOND * model.reach();
     campaign.readings.iter().filter_map(noise_of_lengths).any(|sigma| sigma > most)
 }
 
@@ -44,7 +43,7 @@ fn noise_of_lengths(reading: &Reading) -> Option<f64> {
 }
 
 fn judged(model: &Model, limits: &Limits) -> [Judged; 4] {
-    let (reach, weight) = (reach(model), weight(model));
+    let (reach, weight) = (model.reach(), weight(model));
     let force = if weight > 0.0 { limits.force.min(limits.force_of_weight * weight) } else { limits.force };
     let noise = "give one standard deviation, in the campaign's units (`instrument: {sigma: ..}`, the column `sigma`)";
     let load = "check the value, and the units of force and torque: a force of a tool seldom exceeds the weight that an arm carries";
@@ -115,12 +114,4 @@ fn beyond(evidence: &Evidence, judged: &Judged) -> Option<Diagnostic> {
 fn weight(model: &Model) -> f64 {
     let mass: f64 = model.structure.masses.iter().map(|body| model.registry[body.slot].nominal).sum();
     mass * model.structure.gravity.norm()
-}
-
-/// How far a robot reaches at most, m: its lengths and strokes together; infinite where it has none of both.
-fn reach(model: &Model) -> f64 {
-    let slides = model.variables.iter().filter(|variable| !variable.is_angle).filter_map(|variable| variable.limits);
-    let strokes: f64 = slides.map(|[low, high]| high - low).sum();
-    let all = total_length(model) + strokes;
-    if all > 0.0 { all } else { f64::INFINITY }
 }

@@ -5,6 +5,7 @@ use super::checks::judge_result;
 use super::common_factor;
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::total_length;
+use super::shown::mm;
 use super::springs::is_too_soft;
 use super::stated_noise::is_above_noise;
 use super::step::OF_MARKER;
@@ -79,7 +80,7 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
                 )
         })
     });
-    all.extend(little);
+    all.extend(little.or_else(|| undetermined(found, limits)));
     all.extend(held_out.and_then(|amount| few_held_out(&amount)));
     all.extend(springs_held(model, campaign, found, limits));
     if !all.iter().any(|diagnostic| diagnostic.code == Code::WrongUnits) {
@@ -99,6 +100,22 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
         }
     }
     all
+}
+
+/// What is said where calibration leaves nothing but noise of the readings that it fitted, and far more of others.
+fn undetermined(found: &Diagnosis, limits: &Limits) -> Option<Diagnostic> {
+    let [_, most] = limits.noise;
+    let is_far = found.gap.rms > most * found.gap.noise && found.noise_source != NoiseSource::Residual;
+    (found.verdict == Verdict::Undecided && is_far).then(|| {
+        let message = format!(
+            "readings that were not fitted are {} mm off, where their noise is {} mm and no more is left of those that were: these are too few to \
+             determine what is fitted",
+            mm(found.gap.rms),
+            mm(found.gap.noise)
+        );
+        let remedy = "measure more configurations that differ (`plan` chooses them)";
+        Diagnostic::warning(message).code(Code::TooLittleData).remedy(remedy)
+    })
 }
 
 /// What to do about residuals far above the stated noise that causes do not explain.

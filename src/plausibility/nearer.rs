@@ -31,6 +31,10 @@ pub(super) fn as_described(evidence: &Evidence, limits: &Limits) -> Vec<Diagnost
     let before = moved(evidence, found);
     let most = before.iter().copied().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let Some((slot, most)) = most.filter(|(_, most)| most.abs() >= FAR) else { return Vec::new() };
+    // What a fit finds from another start by itself is not explained by a way.
+    let by_itself = fitted(model, campaign, &found.held_out, Some(found.slots.clone()));
+    let by_itself = by_itself.map_or(f64::INFINITY, |again| squares(&moved(evidence, &again)));
+    let before_all = squares(&before).min(by_itself);
     let nearer = |way: &Hypothesis| {
         let mut own = campaign.clone();
         way.apply(model, &mut own, &mut model.registry.nominal());
@@ -40,7 +44,7 @@ pub(super) fn as_described(evidence: &Evidence, limits: &Limits) -> Vec<Diagnost
         let is_as_good = describes(campaign, &again) || again.noise_ratio <= found.noise_ratio;
         let are_near = way.adds_unknowns() || after.iter().all(|(_, by)| by.abs() < FAR);
         let left = squares(&after);
-        (is_as_good && are_near && squares(&before) - left > FAR * FAR).then_some((*way, left))
+        (is_as_good && are_near && before_all - left > FAR * FAR).then_some((*way, left))
     };
     let ways = ways(evidence, limits);
     let all: Vec<(Hypothesis, f64)> = ways.par_iter().filter_map(nearer).collect();

@@ -21,6 +21,8 @@ struct Moved<'a> {
     widths: f64,
     /// One standard deviation of where it may be by the tolerances: its own, and those of the constants that are merged into it.
     tolerance: f64,
+    /// What the other lengths add for which it stands, of parallel axes, m.
+    merged: f64,
 }
 
 fn moved<'a>(evidence: &'a Evidence) -> impl Iterator<Item = Moved<'a>> {
@@ -36,9 +38,15 @@ fn moved<'a>(evidence: &'a Evidence) -> impl Iterator<Item = Moved<'a>> {
                 let tolerance = found.slots.get(*dropped).map_or(0.0, |&slot| registry[slot].tolerance);
                 (factor * if tolerance.is_finite() { tolerance } else { 0.0 }).powi(2)
             };
+            let length_of = |(dropped, factor): &(usize, f64)| {
+                let own = found.slots.get(*dropped).map(|&slot| &registry[slot]);
+                own.filter(|own| own.kind == Kind::Length && own.group == Group::Geometry)
+                    .map(|own| factor * own.nominal)
+            };
+            let lengths = merged.clone().flat_map(|(_, terms)| terms).filter_map(length_of).sum();
             let merged: f64 = merged.flat_map(|(_, terms)| terms).map(of_merged).sum();
             let tolerance = (parameter.tolerance.powi(2) + merged).sqrt();
-            let own = Moved { estimate, parameter, column, widths, tolerance };
+            let own = Moved { estimate, parameter, column, widths, tolerance, merged: lengths };
             (parameter.group == Group::Geometry).then_some(own)
         })
     })
@@ -101,18 +109,20 @@ pub(super) fn of_the_same_size(evidence: &Evidence, limits: &Limits) -> Vec<Diag
     let lengths: Vec<Moved> = moved(evidence)
         .filter(|one| one.parameter.kind == Kind::Length && is_own.contains(&one.estimate.slot))
         .collect();
-    let nominal = |one: &Moved| one.estimate.nominal;
+    // Of parallel axes one length stands for several.
+    let nominal = |one: &Moved| one.estimate.nominal + one.merged;
+    let value = |one: &Moved| one.estimate.value + one.merged;
     let count = lengths.iter().filter(|one| nominal(one).abs() > limits.moved * one.parameter.tolerance).count();
     let squares: f64 = lengths.iter().map(|one| nominal(one).powi(2)).sum();
     if count < 2 || squares <= 0.0 {
         return Vec::new();
     }
-    let product: f64 = lengths.iter().map(|one| one.estimate.value * nominal(one)).sum();
+    let product: f64 = lengths.iter().map(|one| value(one) * nominal(one)).sum();
     let factor = product / squares;
     let spread: f64 = lengths.iter().map(|one| (nominal(one) * one.tolerance).powi(2)).sum();
     // A factor is of all of them: half as clear, it is still there without any one.
     let is_of_others = |one: &Moved| {
-        let [nominal, value] = [one.estimate.nominal, one.estimate.value];
+        let [nominal, value] = [nominal(one), value(one)];
         let others = squares - nominal.powi(2);
         let expected = (spread - (nominal * one.tolerance).powi(2)).max(0.0).sqrt() / others;
         ((product - value * nominal) / others - 1.0).abs() > 0.5 * limits.scale[0] * expected
@@ -255,13 +265,18 @@ pub(super) fn better_than_registered(evidence: &Evidence, limits: &Limits) -> Ve
     let (shown, worse) = (ratio(1), ratio(0).min(ratio(1)));
     // Where the fit leaves more than the noise, its parameters take up what the description does not have, and are good for nothing
     // where they do not make unseen readings better.
-    let is_open = evidence.campaign.sigma.is_some() && found.noise_ratio > limits.noise[1];
+    // What noise alone would leave is not known where none is stated.
+    let is_open = evidence.campaign.sigma.is_none() || found.noise_ratio > limits.noise[1];
     let is_worse = if is_open { worse > limits.worse_open } else { shown > limits.worse[0] };
     if after.readings == 0 || !shown.is_finite() || !is_worse {
         return Vec::new();
     }
     let [from, to] = [before.distance[1], after.distance[1]].map(mm);
-    let fits = if is_open { "what is fitted takes up what is held or not described" } else { "it fits noise" };
+    let fits = match evidence.campaign.sigma {
+        None => "it fits noise, or takes up what is held or not described",
+        Some(_) if is_open => "what is fitted takes up what is held or not described",
+        Some(_) => "it fits noise",
+    };
     let message = format!("calibration makes readings that it did not see worse, from {from} to {to} mm: {fits}");
     let diagnostic = if worse > limits.worse[1] { Diagnostic::error(message) } else { Diagnostic::warning(message) };
     let held = if is_open { "free what is held and may differ (`calibrate:`, geometry first), " } else { "" };

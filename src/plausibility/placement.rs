@@ -5,10 +5,12 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::again::{Fall, again};
+use super::again::{Fall, again, fitted};
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::Hypothesis;
 use super::readings::explained;
+use super::trial::drawn;
+use crate::description::campaign::{Campaign, NoiseOrigin};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, far_off};
 
@@ -17,10 +19,13 @@ use crate::estimation::{Calibration, far_off};
 pub(super) fn as_placed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let (model, campaign) = (evidence.model, evidence.campaign);
     let [_, most] = limits.noise;
-    let is_far = |found: &&Calibration| found.noise_ratio > most && found.degrees_of_freedom >= limits.noise_freedom;
-    if campaign.is_difference() || campaign.sigma.is_none() {
+    if campaign.is_difference() {
         return Vec::new();
     }
+    if campaign.sigma.is_none() || campaign.noise_origin != NoiseOrigin::Stated {
+        return last_joint_reversed(evidence, limits).into_iter().collect();
+    }
+    let is_far = |found: &&Calibration| found.noise_ratio > most && found.degrees_of_freedom >= limits.noise_freedom;
     let Some(found) = evidence.found.filter(is_far) else {
         return Vec::new();
     };
@@ -43,6 +48,31 @@ pub(super) fn as_placed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic>
     let named = tried.into_par_iter().find_map_first(decisive);
     let Some(named) = named else { return gravity_elsewhere(evidence, limits, found).into_iter().collect() };
     vec![explained(evidence, "calibration", Some(found.after.fit.distance[1]), &[named], &|_| None)]
+}
+
+/// Readings of a campaign on which calibrations are compared where the noise is not known, about: several times the parameters of any arm.
+const COMPARED: usize = 600;
+
+/// The same of the last joint alone where the noise is not stated, against what the calibration itself leaves.
+fn last_joint_reversed(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
+    let (model, found) = (evidence.model, evidence.found?);
+    let last = model.variables.len();
+    let way = *Hypothesis::all(model, evidence.campaign)
+        .iter()
+        .find(|way| matches!(way, Hypothesis::Negated(joint) if joint + 1 == last && last > 1))?;
+    let is_few = evidence.campaign.readings.len() <= COMPARED;
+    let is_drawn = drawn(evidence.campaign, &Limits { readings: COMPARED, ..*limits });
+    let campaign = evidence.campaign.select(|_, reading| is_few || is_drawn.get(reading.pose) == Some(&true));
+    let held_out = vec![false; campaign.readings.len()];
+    let left = |campaign: &Campaign| fitted(model, campaign, &held_out, Some(found.slots.clone()));
+    let mut reversed = campaign.clone();
+    way.apply(model, &mut reversed, &mut model.registry.nominal());
+    let both = [left(&campaign)?, left(&reversed)?];
+    let falls = Fall::between(&both[0], &both[1]).is_by(limits.fall) && far_off(model, &both[1]).next().is_none();
+    let after = both[1].after.fit.distance[1];
+    falls.then(|| {
+        explained(evidence, "calibration", Some(both[0].after.fit.distance[1]), &[(vec![way], after)], &|_| None)
+    })
 }
 
 /// Axes along which gravity may pull, base frame, and how they are written.

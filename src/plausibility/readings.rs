@@ -384,13 +384,15 @@ pub(super) fn describes_the_readings(evidence: &Evidence, limits: &Limits) -> Ve
     let shown = |metres: f64| mm(scale * metres);
     let is_little = after > LITTLE * before && !campaign.is_difference();
     let allowed = || Trials::new(evidence.model, campaign, limits).allowed(&[]).filter(|allowed| after > *allowed);
-    let is_noise_stated = campaign.noise_origin == NoiseOrigin::Stated
-        && campaign.readings.iter().all(|reading| reading.noise.is_stated[0]);
+    let is_noise_known = campaign.readings.iter().all(|reading| reading.noise.is_stated[0]);
     let ratio = after / noise(campaign);
     // A noise that is stated far too small is reported as such where calibration takes nearly everything away.
     let is_much = after > NEARLY_ALL * before || campaign.is_difference();
-    let beyond = if is_noise_stated && is_much && ratio > limits.noise_hopeless {
-        format!("{ratio:.0} times the stated noise")
+    let beyond = if is_noise_known && is_much && ratio > limits.noise_hopeless {
+        match campaign.noise_origin {
+            NoiseOrigin::Stated => format!("{ratio:.0} times the stated noise"),
+            _ => format!("{ratio:.0} times the noise that these readings show without the robot"),
+        }
     } else {
         let Some(allowed) = is_little.then(allowed).flatten() else { return Vec::new() };
         format!("where the description's tolerances and the noise allow {} {unit} before it", shown(allowed))

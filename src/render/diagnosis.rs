@@ -45,7 +45,16 @@ pub fn diagnosis(found: &Diagnosis, screen: Screen) -> String {
         let all: Vec<String> = found.structure.iter().map(one).collect();
         let _ = writeln!(out, "residual autocorrelation between neighbours: {}", all.join(", "));
         if !found.causes.is_empty() && found.structure.iter().any(|own| own.p < STRUCTURED) {
-            out += "what is left is not all noise: intervals of the amounts cover its scatter, not its shape\n";
+            let _ = match &found.rest.allowed_for {
+                None => writeln!(
+                    out,
+                    "what is left is not all noise: intervals of the amounts cover its scatter, not its shape"
+                ),
+                Some(site) => writeln!(
+                    out,
+                    "what is left is not all noise: intervals of the amounts allow for as much again of the curve at {site} that is left"
+                ),
+            };
         }
     }
     out += &open(found);
@@ -77,7 +86,12 @@ pub fn finding(found: &Diagnosis) -> String {
             "Undecided: calibration leaves {rms:.4} mm (rms) and noise alone gives {noise:.4} mm, but these readings could not show a gap."
         ),
         Verdict::Unexplained => format!(
-            "Unexplained: calibration leaves {rms:.4} mm where noise gives {noise:.4} mm, and none of the {} hypotheses explains it.",
+            "Unexplained: calibration leaves {rms:.4} mm where {} {noise:.4} mm, and none of the {} hypotheses explains it.",
+            if found.noise.source == NoiseFrom::Leftover {
+                "the noise is not known, the residuals by degree of freedom being"
+            } else {
+                "noise gives"
+            },
             found.hypotheses
         ),
         Verdict::Explained | Verdict::PartlyExplained => {
@@ -99,7 +113,11 @@ pub fn finding(found: &Diagnosis) -> String {
                     "The error of all readings shrinks from {rms:.4} to {after:.4} mm without the outliers {unseen}"
                 ),
             };
-            format!("{word}: {named}. {shrinks}.")
+            let written = found.after_all.rms_of_robot.filter(|written| *written > (1.0 + NOTICED) * after);
+            let written = written.map_or(String::new(), |written| {
+                format!(" Without what belongs to the session, as `--apply` writes it, {written:.4} mm are left of these readings.")
+            });
+            format!("{word}: {named}. {shrinks}.{written}")
         }
     }
 }
@@ -201,6 +219,9 @@ fn with_unit(value: f64, unit: &str) -> String {
     if unit == "1" { value } else { format!("{value} {unit}").trim_end().into() }
 }
 
+/// Share of an error from which a difference is worth a sentence.
+const NOTICED: f64 = 0.05;
+
 /// Share of an error that does not show in whole per cents.
 const UNSEEN: f64 = 0.005;
 
@@ -249,7 +270,7 @@ fn open(found: &Diagnosis) -> String {
             (Some(site), Some(follows)) => format!("most of it at {site}, going with {follows}"),
             _ => "no free curve at one site explains most of it".into(),
         };
-        let _ = writeln!(out, "open: {:.4} mm above the noise; {at}", rest.rms);
+        let _ = writeln!(out, "open: {:.4} mm above the noise (root of the difference of squares); {at}", rest.rms);
     }
     if let Some(few) = &rest.few_angles {
         let FewAngles { site, variable, at_deg, half_width_deg, amount_deg, share } = few;

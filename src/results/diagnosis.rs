@@ -143,6 +143,9 @@ pub struct AfterAll {
     pub rms: f64,
     /// 95 % interval of it, mm, by bootstrap over configurations; both ends null where there is none.
     pub rms_ci95: [Option<f64>; 2],
+    /// The same without those causes that belong to the session and are not written into a description; absent where there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_of_robot: Option<f64>,
     /// How far all causes reduce the root mean square error of the gap, outliers included: 1 - after / before.
     pub shrinkage: f64,
     /// 95 % interval of the shrinkage; both ends null where there is none.
@@ -345,6 +348,7 @@ impl Diagnosis {
             after_all: AfterAll {
                 rms: mm(found.rms_after),
                 rms_ci95: ends(found.rms_after_ci95).map(|v| v.map(mm)),
+                rms_of_robot: found.rms_of_robot.map(mm),
                 shrinkage: of_all(found.shrinkage.value),
                 shrinkage_ci95: ends(found.shrinkage.ci95.map(|ends| ends.map(of_all))),
             },

@@ -507,3 +507,12 @@ fn derivatives_of_constraints_are_differences() {
     }
     assert!(moving.iter().all(|count| *count >= 2), "{moving:?}");
 }
+
+/// Touches follow from the joints alone: a curve that undoes a slide removes the noise of the slide's own sensor, and is no cause.
+#[test]
+fn a_slide_does_not_undo_its_own_reading() {
+    let campaign = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/sockets/scara/campaign.yaml");
+    let folder = tempfile::tempdir().expect("a folder");
+    let found = printed_json(folder.path(), &["diagnose", &campaign.to_string_lossy()]);
+    assert_eq!(found["verdict"], "no-gap", "{}", found["causes"]);
+}

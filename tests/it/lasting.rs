@@ -79,6 +79,62 @@ fn a_warm_up_comes_again() {
     simulated(at, "warms.yaml", "60", "next");
     let left = left(at, "next", "applied.yaml");
     assert!(left < 0.06, "{left} mm in the next session, of 0.035 mm of noise");
+    // A session that lasts longer shows a warmth that no reading has shown.
+    simulated(at, "warms.yaml", "130", "long");
+    for (campaign, is_longer) in [("next", false), ("long", true)] {
+        let ran = run(at, &["residuals", "applied.yaml", campaign]);
+        let message = "outside the range of the readings by which the description was fitted: time";
+        assert_eq!(ran.err.contains(message), is_longer, "{campaign}: {}", ran.err);
+    }
+}
+
+/// A description of an earlier set-up does not know where the robot stands now.
+#[test]
+fn residuals_of_another_set_up() {
+    let folder = starter();
+    let at = folder.path();
+    simulated(at, "c/robot.yaml", "40", "first");
+    ok(at, &["identify", "first", "--save", "fitted.yaml"]);
+    let table = at.join("first/measurements.csv");
+    let text = std::fs::read_to_string(&table).expect("text");
+    for (by, is_said) in [(0.0, false), (250.0, true)] {
+        let mut lines = text.lines().map(String::from).collect::<Vec<_>>();
+        for line in lines.iter_mut().skip(1) {
+            let mut cells: Vec<String> = line.split(',').map(String::from).collect();
+            cells[7] = (cells[7].parse::<f64>().expect("a number") + by).to_string();
+            *line = cells.join(",");
+        }
+        std::fs::write(&table, lines.join("\n") + "\n").expect("written");
+        let ran = run(at, &["residuals", "fitted.yaml", "first"]);
+        assert_eq!(ran.err.contains("fitted to them, as `estimate:` of the campaign has it"), is_said, "{}", ran.err);
+    }
+}
+
+/// So does what goes with the time since the start of every session, whatever its law.
+#[test]
+fn a_curve_over_every_session_comes_again() {
+    let folder = starter();
+    let at = folder.path();
+    with_effect(
+        at,
+        "bends.yaml",
+        "{effect: free-form, site: 'joint:2', parameters: {follows: session-time, at: [0, 900, 1800, 3600], k1: -3e-4, k2: 0, k3: 1.5e-4, k4: 2e-4}}",
+    );
+    let of_days = |poses: &str, into: &str| {
+        let made = ["simulate", "bends.yaml", "--poses", poses, "--seed", "3", "--errors", "0.3", "--conditions"];
+        let unknown = ["--noise", "0.02", "--unknown-base", "--unknown-tool", "--sessions", "one,two", "--into", into];
+        ok(at, &[&made[..], &unknown].concat());
+    };
+    of_days("120", "first");
+    let ran = run(at, &["diagnose", "first", "--robot", "c/robot.yaml", "--apply", "applied.yaml", "--format", "json"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let found: Value = serde_json::from_str(&ran.out).expect("JSON");
+    assert_eq!(causes(&found), ["free-form@joint:2"], "{}", found["causes"]);
+    assert!(found["after_all"].get("rms_of_robot").is_none(), "{}", found["after_all"]);
+    assert!(std::fs::read_to_string(at.join("applied.yaml")).expect("written").contains("session-time"));
+    of_days("80", "next");
+    let left = left(at, "next", "applied.yaml");
+    assert!(left < 0.06, "{left} mm in the next sessions, of 0.035 mm of noise");
 }
 
 /// The compliance of a joint as an effect is that of the joint: `stiffness` deflects as `pose` does. What is no constant is said to be

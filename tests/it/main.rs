@@ -116,6 +116,7 @@ mod ur_kinematics;
 mod urdf;
 mod vary;
 #[cfg(feature = "xlsx")]
+mod without_noise;
 mod workbooks;
 mod writing;
 mod wrong_content;

@@ -78,6 +78,13 @@ fn without_a_drift_the_base_is_where_it_was_on_the_whole() {
     };
     let [applied, identified] = ["applied.yaml", "identified.yaml"].map(left);
     assert!(applied < 1.1 * identified, "{applied} {identified}");
+    // What is written leaves of these readings what is said.
+    let found = json(&run(at, &["diagnose", "s", "--format", "json"]));
+    let said = found["after_all"]["rms_of_robot"].as_f64().unwrap_or_else(|| panic!("{}", found["after_all"]));
+    // Of readings that were not fitted, and those of the description were.
+    let with_drift = found["after_all"]["rms"].as_f64().unwrap_or_else(|| panic!("{found}"));
+    assert!((1.0..1.2).contains(&(said / applied)) && said > 1.15 * with_drift, "{said} {applied} {with_drift}");
+    assert!(ran.out.contains(&format!("{said:.4} mm are left of these readings")), "{}", ran.out);
 }
 
 /// One reading with a noise of nothing outweighs all others.

@@ -98,8 +98,8 @@ impl<'a> Described<'a> {
 }
 
 /// The description without what belongs to the session, with what that was fitted together with fitted anew: base and tool, which drifts
-/// start from; all that was re-fitted where what is left out is no law, since a curve takes part of what constants do. `None` where that
-/// cannot be fitted.
+/// start from; all that was re-fitted where what is left out is no law, since a curve takes part of what constants do, and where the others leave
+/// more than calibration alone. `None` where that cannot be fitted.
 fn placed_anew(described: &Described, session: &Session) -> Result<Option<RawRobot>, Error> {
     let Described { raw, found, expected: Expected { campaign, fitted: (of, _), .. }, .. } = described;
     let Some(robot) = read_back(raw, session)? else { return Ok(None) };
@@ -107,7 +107,8 @@ fn placed_anew(described: &Described, session: &Session) -> Result<Option<RawRob
     let is_left_out = |cause: &Cause| cause.entries.iter().any(|entry| cause.is_of_the_session(entry));
     let are_laws = found.causes.iter().filter(|cause| is_left_out(cause)).all(|cause| cause.level == Level::Law);
     let refitted = found.refitted.iter().filter_map(|&slot| model.registry.slot(&of.registry[slot].name));
-    let only = if are_laws { Vec::new() } else { refitted.collect() };
+    let is_worse = found.rms_of_robot.is_some_and(|left| left > found.gap.rms);
+    let only = if are_laws && !is_worse { Vec::new() } else { refitted.collect() };
     let is_used = |reading: &Reading| !found.outliers.contains(&reading.row);
     let own = campaign.select(|_, reading| is_used(reading));
     let held_out: Vec<bool> = own.readings.iter().map(|reading| reading.check == Some(true)).collect();

@@ -4,13 +4,37 @@ use crate::Error;
 use crate::cli::args::Residuals;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::estimation::{RegistrationSettings, with_campaign_fitted};
-use crate::files::writable_table;
+use crate::diagnostic::{Code, Diagnostic};
+use crate::estimation::{RegistrationSettings, errors_of, registered, with_campaign_fitted};
+use crate::files::{LoadedCampaign, writable_table};
 use crate::plausibility::misread;
 use crate::prediction::residuals;
 use crate::render::identification as render;
 use crate::render::tables;
+use crate::results::units::mm;
 use crate::results::{ConfigurationResidual, DescriptionResiduals};
+
+/// Times by which base and tool of the description leave more than those of the campaign from which they are of another set-up.
+const ELSEWHERE: f64 = 10.0;
+
+/// A warning where base and tool, which the campaign has unknown, are not those of the description.
+fn placed_elsewhere(loaded: &LoadedCampaign, values: &[f64], predicted: &[f64]) -> Result<Option<Diagnostic>, Error> {
+    let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
+    if campaign.is_difference() || !(campaign.estimate_base || campaign.estimate_tool) {
+        return Ok(None);
+    }
+    let (_, placed) = registered(model, campaign, values, &RegistrationSettings::default())?;
+    let [as_described, as_placed] = [predicted, &placed[..]].map(|own| errors_of(campaign, own, |_| true).distance[1]);
+    let message = format!(
+        "base and tool are those of the description, which leave {:.4} mm of these readings; fitted to them, as `estimate:` of the campaign has \
+         it, they leave {:.4} mm",
+        mm(as_described),
+        mm(as_placed)
+    );
+    let remedy = "fit them with `register CAMPAIGN --robot DESCRIPTION`";
+    let warning = || Diagnostic::warning(message).code(Code::AnotherPlacement).remedy(remedy);
+    Ok((as_described > ELSEWHERE * as_placed).then(warning))
+}
 
 pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
     for path in command.table.iter().chain(&command.configurations).chain(&command.parts) {
@@ -48,9 +72,11 @@ pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
     if let Some(path) = &command.parts {
         output.table("residuals by session, file and marker", path, tables::parts(&found.parts_and_markers(), path)?);
     }
+    let elsewhere = placed_elsewhere(&loaded, &values, &predicted)?;
     let outside = loaded.outside();
     output.diagnostics = loaded.diagnostics;
     output.diagnostics.extend(outside);
+    output.diagnostics.extend(elsewhere);
     // Nothing is fitted and nothing saved: what would be refused elsewhere is a doubt here.
     output.judged(misread(model, campaign), true)
 }

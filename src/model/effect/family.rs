@@ -43,7 +43,7 @@ impl Family {
     pub fn words(self) -> &'static str {
         match self {
             Self::Elastic => "something that gives under load",
-            Self::Kinematic => "something that goes with the joints' angles",
+            Self::Kinematic => "something that goes with the joints' positions",
             Self::History => "something that depends on the moves before",
             Self::Time => "something that goes with time",
             Self::Temperature => "something that goes with temperature",
