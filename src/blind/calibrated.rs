@@ -1,16 +1,11 @@
 //! What a campaign of the bench calibrates, read off the model alone.
 
-use crate::description::raw::JointKind;
 use crate::model::{Model, SiteKind};
 use crate::parameter::{Group, Slot};
 
 /// Compliances about their axes of all joints.
 pub fn joint_compliances(model: &Model) -> Vec<Slot> {
-    let of = |frame: &crate::model::Frame| {
-        let symbol = if frame.joint == JointKind::Prismatic { "ka" } else { "kar" };
-        model.registry.slot(&format!("joint{}.{symbol}", frame.name))
-    };
-    model.sites(SiteKind::Joint).iter().filter_map(|site| of(&model.frames[site.frame])).collect()
+    model.sites(SiteKind::Joint).iter().filter_map(|site| model.axial_compliance(&model.frames[site.frame])).collect()
 }
 
 /// What is fitted whatever the cause: of deflections the joints that are compliant (all where none is), of positions the free geometry and the

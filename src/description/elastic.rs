@@ -7,7 +7,7 @@ use super::frame::FrameIndex;
 use super::raw::{BeamTheory, JointKind, LoadPath, SectionShape, SpringAction, Support};
 use crate::parameter::Kind;
 
-/// What gives under load, and what loads it.
+/// Compliances, and what loads them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Elastic {
     /// Acceleration of gravity, base axes, m/s2.

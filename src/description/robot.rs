@@ -42,7 +42,7 @@ pub struct Robot {
     pub markers: Vec<Marker>,
     /// Fixed points in the measurement frame.
     pub anchors: IndexMap<String, Vector3<f64>>,
-    /// What gives under load, and what loads it.
+    /// Compliances, and what loads them.
     pub elastic: Elastic,
     /// Bodies that the tool can carry, by name.
     pub payloads: Vec<(String, Payload)>,

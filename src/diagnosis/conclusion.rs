@@ -53,7 +53,7 @@ pub fn conclude(
     let location = location(inputs, competition, &gap, judgement.noise)?;
     let structures = structures(&selector, members, judgement.noise);
     let structure = structures.iter().copied().find(|own| own.is_certain);
-    let slopes = slopes(inputs.model, competition, members)?;
+    let slopes = slopes(inputs.model, &competition.campaign, &competition.values, problem, members)?;
     let linear = LinearFit::new(problem, members, judgement.noise, structures, slopes);
     let refit = refit(inputs, competition, members, &linear);
     let bootstrap = Bootstrap::new(problem, members, settings.draws, settings.seed);

@@ -71,9 +71,9 @@ impl<'a> LinearFit<'a> {
     ) -> Self {
         let own = problem.design(members);
         let x = least_squares(&own, &problem.residual);
-        let is_told = told_apart(&own, &slopes);
+        let is_distinct = distinct_columns(&own, &slopes);
         let slopes: Vec<Option<DVector<f64>>> =
-            slopes.into_iter().zip(is_told).map(|(slope, is_told)| slope.filter(|_| is_told)).collect();
+            slopes.into_iter().zip(is_distinct).map(|(slope, is_distinct)| slope.filter(|_| is_distinct)).collect();
         let design = slopes.iter().flatten().fold(own, |all, slope| {
             let at = all.ncols();
             let mut all = all.insert_column(at, 0.0);
@@ -88,12 +88,12 @@ impl<'a> LinearFit<'a> {
         if !structures.is_empty() {
             let first = problem.nuisance.ncols();
             // Of each amount: the direction by which the readings tell it, as long as its standard error is in sigmas.
-            let told_by = &design * cofactor.columns(first, x.len() - first);
+            let determined_by = &design * cofactor.columns(first, x.len() - first);
             let nuisance = orthonormal(&problem.nuisance, None);
-            let mut by_shape = vec![0.0_f64; told_by.ncols()];
+            let mut by_shape = vec![0.0_f64; determined_by.ncols()];
             for Structure { curve, squares, .. } in &structures {
                 let shape = orthonormal(&problem.hypotheses[*curve].columns, Some(&nuisance));
-                for (by, direction) in by_shape.iter_mut().zip(tr_mul(&shape, &told_by).column_iter()) {
+                for (by, direction) in by_shape.iter_mut().zip(tr_mul(&shape, &determined_by).column_iter()) {
                     *by = by.max(squares.sqrt() * direction.norm());
                 }
             }
@@ -160,23 +160,23 @@ impl<'a> LinearFit<'a> {
 }
 
 /// Share of its size that a column must have beyond all others to be told from them: a parameter below it has no interval.
-const TOLD: f64 = 1e-3;
+const DISTINCT: f64 = 1e-3;
 
 /// Which columns the readings tell from those of a design, and from those before them.
-fn told_apart(design: &DMatrix<f64>, slopes: &[Option<DVector<f64>>]) -> Vec<bool> {
+fn distinct_columns(design: &DMatrix<f64>, slopes: &[Option<DVector<f64>>]) -> Vec<bool> {
     if slopes.iter().all(Option::is_none) {
         return vec![false; slopes.len()];
     }
     let mut basis = orthonormal(design, None);
-    let mut is_told = |slope: &DVector<f64>| {
+    let mut is_distinct = |slope: &DVector<f64>| {
         let beyond = project_off(slope, &basis);
-        let is_told = beyond.norm() > TOLD * slope.norm();
-        if is_told {
+        let is_distinct = beyond.norm() > DISTINCT * slope.norm();
+        if is_distinct {
             basis = joined(&basis, &DMatrix::from_columns(&[beyond.normalize()]));
         }
-        is_told
+        is_distinct
     };
-    slopes.iter().map(|slope| slope.as_ref().is_some_and(&mut is_told)).collect()
+    slopes.iter().map(|slope| slope.as_ref().is_some_and(&mut is_distinct)).collect()
 }
 
 /// The fitted parameters and the values of the nonlinear ones, as they are reported; `width` is the half width of the interval of the one that is

@@ -2,7 +2,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::competition::Competition;
 use super::inputs::Inputs;
 use super::linear_problem::LinearProblem;
 use crate::description::campaign::Campaign;
@@ -81,10 +80,11 @@ const STEP: f64 = 1e-3;
 /// A configuration that cannot be assembled.
 pub fn slopes(
     model: &Model,
-    competition: &Competition,
+    campaign: &Campaign,
+    values: &[f64],
+    problem: &LinearProblem,
     members: &[usize],
 ) -> Result<Vec<Option<DVector<f64>>>, PredictionError> {
-    let problem = &competition.problem;
     let has_any = members.iter().any(|&h| problem.hypotheses[h].nonlinear.continuous().is_some());
     if !has_any {
         return Ok(vec![None; members.len()]);
@@ -102,9 +102,7 @@ pub fn slopes(
             continue;
         };
         let tried = [1.0 - STEP, 1.0 + STEP].map(|times| hypothesis.nonlinear.clone().with_continuous(times * value));
-        let [less, more] =
-            &weighted_columns(model, &competition.campaign, &competition.values, problem, member, &tried)?[..]
-        else {
+        let [less, more] = &weighted_columns(model, campaign, values, problem, member, &tried)?[..] else {
             all.push(None);
             continue;
         };

@@ -15,7 +15,7 @@ nonlinear! {
 }
 
 /// Most times of a jump that are tried: readings between the true one and the nearest tried are outliers to the law.
-const MOST_TIMES: usize = 60;
+pub(super) const MOST_TIMES: usize = 60;
 /// Configurations before and after a jump, at least: fewer than three are outliers.
 const LEAST_BEFORE: usize = 3;
 

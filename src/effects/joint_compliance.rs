@@ -12,10 +12,6 @@ pub(super) static LAW: Law = Law {
     remedy: "identify the stiffness (`identify --what elastic`) and compensate; inspect the gear",
     // Joints that follow others as well: a belt gives, and has a phase. What a loop moves is held by the loop.
     sites: Some(|model| model.joints_moved_by(|motion| motion != Motion::Passive)),
-    constants: |model, site, _| {
-        let frame = &model.frames[site.frame];
-        let symbol = if frame.joint == crate::description::raw::JointKind::Prismatic { "ka" } else { "kar" };
-        model.slots_named([format!("joint{}.{symbol}", frame.name)])
-    },
+    constants: |model, site, _| model.axial_compliance(&model.frames[site.frame]).into_iter().collect(),
     ..Law::NOTHING
 };

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::frame_drift::jumps;
+use super::frame_drift::{MOST_TIMES, jumps};
 use super::law::{Law, nothing, tool_moves};
 use crate::model::{
     Change, Changes, Condition, EffectParameter, Nonlinear, NonlinearKind, NonlinearValue, ReadingContext, SiteKind,
@@ -15,8 +15,6 @@ nonlinear! {
         "the time from which on it sits elsewhere, s";
 }
 
-/// Most times that are tried: readings between the true one and the nearest tried are outliers to the law.
-const MOST_TIMES: usize = 60;
 /// Most times of all markers together: more would crowd out other hypotheses.
 const MOST_OF_MARKERS: usize = 240;
 

@@ -9,7 +9,7 @@ use super::result::{CalibrationError, Estimate};
 use super::selection::Selection;
 use super::task::Task;
 use crate::description::raw::RawFit;
-use crate::math::quantiles::t95;
+use crate::math::quantiles::{normal_of_any, t95};
 use crate::parameter::{Group, Slot};
 
 /// Greatest change of a reading, in its standard deviations, that no campaign shows: a hundred thousand readings together would
@@ -103,9 +103,10 @@ impl Task<'_> {
         let belongs = |slot: &Slot| !arranged.contains(slot) || points.iter().any(|own| own.contains(slot));
         let own: Vec<usize> = (0..kept.len()).filter(|&k| belongs(&kept[k])).collect();
         let rows = own.iter().enumerate();
-        // Residuals of the stated noise scatter themselves: their variance by sqrt(2 / n), of which 5 % exceed 1.64.
+        // Residuals of the stated noise scatter themselves: their variance by sqrt(2 / n), of which 5 % exceed this many.
         let excess = covariance.noise_ratio.powi(2) - 1.0;
-        let is_noise = self.campaign.sigma.is_some() && excess < 1.64 * (2.0 / covariance.freedom).sqrt();
+        let is_noise =
+            self.campaign.sigma.is_some() && excess < normal_of_any(0.05, 1) * (2.0 / covariance.freedom).sqrt();
         let noise = if is_noise { [f64::INFINITY; 3] } else { self.campaign.sigma.unwrap_or_default() };
         RawFit {
             parameters: own.iter().map(|&k| model.registry[kept[k]].name.clone()).collect(),

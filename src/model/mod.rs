@@ -33,6 +33,7 @@ pub use rewrite::{of_sessions, with_fuzzy, with_values};
 pub use structure::{Edge, MassElement, Spot, Structure, Vertex};
 
 use crate::description::fuzzy::Input;
+use crate::description::parameters::Owner;
 use crate::description::raw::JointKind;
 use crate::description::robot::{FrameIndex, KeepOut, Motion, SumLimit, Variable};
 use crate::parameter::{Group, Kind, Registry, Slot};
@@ -69,7 +70,7 @@ pub struct Model {
     pub markers: Vec<Marker>,
     /// Fixed points in the measurement frame, m.
     pub anchors: IndexMap<String, Vector3<f64>>,
-    /// What gives under load, and what loads it.
+    /// Compliances, and what loads them.
     pub structure: Structure,
     /// Effects that can be switched on and that a diagnosis tries.
     pub catalogue: Arc<Catalogue>,
@@ -381,6 +382,12 @@ impl Model {
             Input::Variable(k) => (&self.variables[k].name, self.variables[k].is_angle),
             Input::Joint(k) => (&self.frames[k].name, self.frames[k].joint == JointKind::Revolute),
         }
+    }
+
+    /// The compliance of a joint along or about its axis, m/N or rad/(N.m); `None` where the description gives it none.
+    pub fn axial_compliance(&self, frame: &Frame) -> Option<Slot> {
+        let symbol = if frame.joint == JointKind::Prismatic { "ka" } else { "kar" };
+        self.registry.slot(&Owner::Joint(&frame.name).parameter(symbol))
     }
 
     /// How far the robot reaches at most, m: its lengths and strokes together; infinite where it has none of both.

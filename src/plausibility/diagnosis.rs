@@ -94,10 +94,9 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     if !all.iter().any(|diagnostic| diagnostic.code == Code::NoiseUnlikeStated) {
         all.extend(unlike_noise(found, limits));
     }
-    for diagnostic in forbidden_to_identify(model, campaign, found, limits) {
-        if all.iter().all(|known| known.code != diagnostic.code) {
-            all.push(diagnostic);
-        }
+    // What is doubted already is not written, and another calibration of all readings would not change that.
+    if !all.iter().any(|known| known.code.forbids_saving()) {
+        all.extend(forbidden_to_identify(model, campaign, found, limits));
     }
     all
 }

@@ -10,7 +10,6 @@ use nalgebra::Vector3;
 use super::columns::ReadingRows;
 use super::reading::{Predicted, ReadingAt};
 use crate::description::campaign::Campaign;
-use crate::description::raw::JointKind;
 use crate::description::robot::Motion;
 use crate::kinematics::{By, shift};
 use crate::math::left_jacobian;
@@ -65,10 +64,8 @@ impl MeasuredLoads {
         let is_measured = |variable: &usize| campaign.conditions.torques.get(*variable).is_some_and(Option::is_some);
         let joint = |variable: usize| {
             let drives = |motion: Motion| matches!(motion, Motion::Variable { index, .. } if index == variable);
-            let compliance = model.frames.iter().find(|frame| drives(frame.motion)).and_then(|frame| {
-                let symbol = if frame.joint == JointKind::Prismatic { "ka" } else { "kar" };
-                model.registry.slot(&format!("joint{}.{symbol}", frame.name))
-            });
+            let compliance = model.frames.iter().find(|frame| drives(frame.motion));
+            let compliance = compliance.and_then(|frame| model.axial_compliance(frame));
             let own = campaign.load_sensor(&model.variables[variable].name);
             let known = campaign.sensor_values(own);
             let value = |k: usize| (known[k], own.and_then(|own| model.target_values(own).get(k).copied().flatten()));

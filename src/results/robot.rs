@@ -118,7 +118,7 @@ pub struct RobotSummary {
     pub markers: Vec<String>,
     /// All parameters of the model.
     pub parameters: Vec<ParameterSummary>,
-    /// What gives under load, and what loads it.
+    /// Compliances, and what loads them.
     pub elastic: ElasticSummary,
     /// The fuzzy compliance, where the description has one.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -162,7 +162,7 @@ impl Plan {
         let loaded = session.reader.robot(name)?;
         let is_workshop = command.at == Place::Workshop;
         if deflection && is_workshop && loaded.model.elastic_slots().is_empty() {
-            return Err(Error::input(format!("--plan `{name}`: nothing gives under load"), "measure its positions"));
+            return Err(Error::input(format!("--plan `{name}`: nothing is compliant"), "measure its positions"));
         }
         if loaded.model.markers.is_empty() && !is_workshop {
             return Err(Error::input(format!("--plan `{name}`: the robot has no markers"), "name another robot"));

@@ -2,12 +2,9 @@
 
 use super::raw::RawEntry;
 use crate::description::resolve::GREATEST;
-use crate::description::table::Table;
+use crate::description::table::{MOST_SHOWN, Table};
 use crate::description::units::Units;
 use crate::diagnostic::{Diagnostic, Locate, Place};
-
-/// Most faults shown of one table.
-pub const MOST_SHOWN: usize = 20;
 
 /// A row of a table.
 pub struct Row<'a> {

@@ -7,6 +7,9 @@ use super::row::{Row, Writing};
 use crate::description::units::Unit;
 use crate::diagnostic::{Diagnostic, Place};
 
+/// Most faults shown of one file; the others are counted.
+pub const MOST_SHOWN: usize = 20;
+
 /// What the cells of a column hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnKind {

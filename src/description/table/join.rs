@@ -7,16 +7,13 @@ use std::collections::{HashMap, HashSet};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::columns::{Joined, Table, TextColumn};
+use super::columns::{Joined, MOST_SHOWN, Table, TextColumn};
 use crate::diagnostic::{Code, Diagnostic};
 
 /// The column that names configurations.
 const POSE: &str = "pose";
 /// The column that names sessions, in each of which a pose may have joints of its own.
 const SESSION: &str = "session";
-
-/// Most faults of one kind shown.
-const MOST_SHOWN: usize = 20;
 
 /// How rows of two files belong together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]

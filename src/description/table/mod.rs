@@ -22,6 +22,7 @@ mod wide;
 mod workbook;
 mod write;
 
+pub(in crate::description) use columns::MOST_SHOWN;
 pub use columns::{ColumnKind, ExpectedColumn, Table, TextColumn};
 pub use dialect::{Dialect, Points};
 pub use join::Join;

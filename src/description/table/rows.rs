@@ -5,7 +5,7 @@ use std::io::Read;
 use csv::{ByteRecord, Reader};
 
 use super::cell::Data;
-use super::columns::{Layout, Table};
+use super::columns::{Layout, MOST_SHOWN, Table};
 use super::dialect::Dialect;
 use super::header::Header;
 use super::line::reader as reader_of;
@@ -14,9 +14,6 @@ use super::row::{Delimiter, Row, Writing};
 use super::source::{LONGEST_ROW, Source, is_comment};
 use super::units::{OfColumn, doubt, is_row_of_units, of_columns};
 use crate::diagnostic::{Diagnostic, Place};
-
-/// Most faults shown of one file; the others are counted.
-const MOST_SHOWN: usize = 20;
 
 /// Reads the columns of a text that a layout expects, streaming.
 pub(super) fn read_laid_out(

@@ -302,9 +302,11 @@ fn by_angle(
         linearised(&predictors, values, &sigmas, &mut right, &mut jacobian)?;
         // Residuals are measured less predicted, derivatives those of the predictions.
         let change = least_squares(&jacobian, &right);
-        let is_steady = x.iter().zip(&change).all(|(x, change)| change.abs() <= 1e-9 * x.abs());
-        if is_steady || step == STEPS {
+        if x.iter().zip(&change).all(|(x, change)| change.abs() <= 1e-9 * x.abs()) {
             break;
+        }
+        if step == STEPS {
+            return refuse(format!("the compliances by angle did not settle within {STEPS} Gauss-Newton steps"));
         }
         x.iter_mut().zip(&change).for_each(|(x, change)| *x += change);
     }

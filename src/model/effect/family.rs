@@ -8,7 +8,7 @@ named! {
     /// A kind of cause.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
     pub enum Family {
-        /// Something gives under load: own weight, a payload, an applied wrench.
+        /// A compliance: own weight, a payload, an applied wrench.
         Elastic "elastic",
         /// A joint stands elsewhere, by its own angle or another's.
         Kinematic "kinematic",
@@ -42,7 +42,7 @@ impl Family {
     /// Something of the kind, in words.
     pub fn words(self) -> &'static str {
         match self {
-            Self::Elastic => "something that gives under load",
+            Self::Elastic => "a compliance under load",
             Self::Kinematic => "something that goes with the joints' positions",
             Self::History => "something that depends on the moves before",
             Self::Time => "something that goes with time",
