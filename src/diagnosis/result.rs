@@ -176,20 +176,17 @@ impl Curve {
 }
 
 /// What all causes leave.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Rest {
     /// Root mean square error above the noise, of readings that were not fitted, m.
     pub rms: f64,
     /// The site of the curve that takes most of it away, where that is certain.
-    #[serde(rename = "where")]
     pub site: Option<String>,
     /// What that curve follows.
     pub follows: Option<String>,
     /// The site of a curve in it for which the intervals of the amounts of the causes allow where these could take it up.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub allowed_for: Option<String>,
     /// The few angles of one joint at which most of it lies, where that is certain and the answer is open.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub few_angles: Option<FewAngles>,
 }
 

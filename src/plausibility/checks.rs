@@ -1,6 +1,7 @@
 //! The list of checks, and what is done with what they find.
 
 use super::evidence::{Evidence, Limits};
+use super::outlying::far_readings;
 use super::{
     amount, another_robot, approach, beyond, common_factor, constraints, deflections, instrument, midway, nearer,
     numerics, other_joints, outlying, parameters, payload, placement, points, readings, sessions, springs,
@@ -149,10 +150,9 @@ fn found_by<'c>(checks: impl Iterator<Item = &'c Check>, evidence: &Evidence, li
 
 /// The same without readings that are far off both before and after a calibration: the greater number of them.
 pub fn reported_once(mut found: Vec<Diagnostic>) -> Vec<Diagnostic> {
-    let count = |diagnostic: &Diagnostic| diagnostic.figures.get("readings").copied().unwrap_or(0.0);
     let outlying = |diagnostic: &Diagnostic| diagnostic.code == Code::OutlyingReadings;
-    let most =
-        found.iter().filter(|diagnostic| outlying(diagnostic)).max_by(|a, b| count(a).total_cmp(&count(b))).cloned();
+    let of = |diagnostic: &Diagnostic| Some((far_readings(diagnostic)?, diagnostic.clone()));
+    let most = found.iter().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, most)| most);
     let first = found.iter().position(outlying);
     found.retain(|diagnostic| !outlying(diagnostic));
     if let Some((first, most)) = first.zip(most) {

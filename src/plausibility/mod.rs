@@ -49,6 +49,6 @@ pub use checks::{CHECKS, Check, forced, judge, judge_result, misread, refusing, 
 pub use compensator::{of_compliances, of_elasticity, of_mounting};
 pub use diagnosis::doubts;
 pub use evidence::{Evidence, Limits};
-pub use outlying::far_when_registered;
+pub use outlying::{far_readings, far_when_registered};
 pub use springs::as_stiff_as_arms;
 pub use stated_noise::is_above_noise;

@@ -114,6 +114,14 @@ fn listed(named: &[String], count: usize) -> String {
     named.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() }
 }
 
+/// Figure of a diagnostic: how many readings are far off.
+const READINGS: &str = "readings";
+
+/// How many readings a diagnostic says are far off; `None` of another.
+pub fn far_readings(diagnostic: &Diagnostic) -> Option<f64> {
+    diagnostic.figures.get(READINGS).copied().filter(|_| diagnostic.code == Code::OutlyingReadings)
+}
+
 /// What is said of readings that are far off, of which others leave `left` (m).
 fn described(evidence: &Evidence, wrong: &[usize], by: &dyn Fn(usize) -> f64, left: f64) -> Diagnostic {
     let campaign = evidence.campaign;
@@ -146,7 +154,7 @@ fn described(evidence: &Evidence, wrong: &[usize], by: &dyn Fn(usize) -> f64, le
     Diagnostic::warning(message)
         .code(Code::OutlyingReadings)
         .remedy(remedy)
-        .figure("readings", wrong.len() as f64)
+        .figure(READINGS, wrong.len() as f64)
         .figure("greatest_mm", worst.first().map_or(0.0, |&k| 1e3 * by(k)))
         .figure("others_mm", 1e3 * left)
 }
@@ -231,7 +239,7 @@ fn turned(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
         listed(&named, wrong.len())
     );
     let diagnostic = Diagnostic::warning(message).code(Code::OutlyingReadings).remedy(correct_rows(evidence));
-    Some(diagnostic.figure("readings", wrong.len() as f64))
+    Some(diagnostic.figure(READINGS, wrong.len() as f64))
 }
 
 /// What is said where more readings than can be simply wrong are far from the others: a robust loss fits these, and bears those in
@@ -269,7 +277,7 @@ fn many(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     );
     let remedy = "find what they have in common (a session, a marker, a time: `residuals` lists them) and leave them out, or say what differs there";
     let diagnostic = Diagnostic::warning(message).code(Code::UnlikeDescription).remedy(remedy);
-    Some(diagnostic.figure("readings", far as f64).figure("others_mm", 1e3 * middle))
+    Some(diagnostic.figure(READINGS, far as f64).figure("others_mm", 1e3 * middle))
 }
 
 /// Residuals over the stated noise from which outliers may have hidden each other, or a wrong constraint may hold: a judgement, which decides

@@ -11,8 +11,8 @@ use super::since::Since;
 use super::units::mm;
 use crate::description::campaign::Campaign;
 use crate::diagnosis::{
-    self, Autocorrelation, CauseParameter, Curve, EffectAtSite, ExcessCompliance, Excluded, Level, LookAlikes,
-    NoiseSource, NotTried, Rest, SiteShare, Stability, Support, Verdict,
+    self, Autocorrelation, CauseParameter, Curve, EffectAtSite, ExcessCompliance, Excluded, FewAngles, Level,
+    LookAlikes, NoiseSource, NotTried, SiteShare, Stability, Support, Verdict,
 };
 use crate::effects::Family;
 use crate::model::Model;
@@ -134,6 +134,31 @@ pub struct Rejected {
     pub rms_after: f64,
     /// Why it was not selected.
     pub why: &'static str,
+}
+
+/// What all causes leave.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rest {
+    /// Root mean square error above the noise, of readings that were not fitted, mm.
+    pub rms: f64,
+    /// The site of the curve that takes most of it away, where that is certain.
+    #[serde(rename = "where")]
+    pub site: Option<String>,
+    /// What that curve follows.
+    pub follows: Option<String>,
+    /// The site of a curve in it for which the intervals of the amounts of the causes allow.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub allowed_for: Option<String>,
+    /// The few angles of one joint at which most of it lies, where that is certain and the answer is open.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub few_angles: Option<FewAngles>,
+}
+
+impl From<&diagnosis::Rest> for Rest {
+    fn from(found: &diagnosis::Rest) -> Self {
+        let diagnosis::Rest { rms, site, follows, allowed_for, few_angles } = found.clone();
+        Self { rms: mm(rms), site, follows, allowed_for, few_angles }
+    }
 }
 
 /// What is left after all causes.
@@ -365,7 +390,7 @@ impl Diagnosis {
                 source: found.noise_source.into(),
                 instrument: ShownNoise::new(campaign).filter(|_| found.noise_source == NoiseSource::Residual),
             },
-            rest: Rest { rms: mm(found.rest.rms), ..found.rest.clone() },
+            rest: (&found.rest).into(),
             hypotheses: found.hypotheses,
             notes: Notes { noise: NoiseFrom::from(found.noise_source).words() },
             seconds,

@@ -19,7 +19,7 @@ use crate::files::LoadedRobot;
 use crate::model::{Model, with_values};
 use crate::observation::Purpose;
 use crate::parameter::Group;
-use crate::plausibility::{Evidence, Limits, doubts, judge};
+use crate::plausibility::{Evidence, Limits, doubts, far_readings, judge};
 use crate::render::diagnosis as render;
 use crate::results;
 use crate::results::Since;
@@ -124,10 +124,8 @@ fn apply(path: &Path, described: Described, mut output: Output, session: &Sessio
     let Described { raw, expected, found, of_the_session, .. } = described;
     let raw = anew.unwrap_or(raw);
     // Readings that are far off are borne where all of them were set aside.
-    let is_borne = |diagnostic: &Diagnostic| {
-        let count = diagnostic.figures.get("readings").copied().unwrap_or(f64::INFINITY);
-        diagnostic.code == Code::OutlyingReadings && count <= found.outliers.len() as f64
-    };
+    let is_borne =
+        |diagnostic: &Diagnostic| far_readings(diagnostic).is_some_and(|count| count <= found.outliers.len() as f64);
     let doubt = output.doubt_in_values(session.arguments.force, is_borne);
     if doubt.is_some() {
         output.text.push('\n');
