@@ -40,7 +40,8 @@ pub struct Structure {
 /// Nuisance and members fitted to all readings.
 pub struct LinearFit<'a> {
     problem: &'a LinearProblem,
-    members: &'a [usize],
+    /// The members, in the order in which they entered.
+    pub members: &'a [usize],
     /// What the noise is at least, over the sigmas of the rows.
     pub noise: f64,
     /// What is left that is no noise.

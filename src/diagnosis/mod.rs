@@ -14,6 +14,7 @@ mod conclusion;
 mod constancy;
 mod cross_validation;
 mod diagnose;
+mod explanation;
 mod few_angles;
 mod flips;
 mod forward;
