@@ -11,7 +11,7 @@
 use super::compared::{Compared, Tests};
 use super::forward::Forward;
 use super::gates::Gates;
-use super::held_out::{Additions, paired};
+use super::held_out::Additions;
 use super::hypothesis::Hypothesis;
 use super::level::{Level, Stability, Support};
 use super::rivals::Rival;
@@ -240,8 +240,8 @@ impl Compared<'_> {
         claims
     }
 
-    /// Adds to a law of one of several joints that are one cause the other laws of its family at its joint that leave less in its place; where
-    /// one certainly does, or many do, no more than the family is known.
+    /// Adds to a law of one of several joints that are one cause the other laws of its family at its joint that leave less in its place, as many as a
+    /// group may have: the law of all of them is simpler, and each joint may still be off it.
     fn add_other_laws(&self, set: &[usize], claim: &mut Claim) {
         let (forward, hypotheses) = (self.forward, &self.forward.problem.hypotheses);
         let own = claim.hypothesis;
@@ -258,16 +258,12 @@ impl Compared<'_> {
         let total = |at: usize| losses.with[at].iter().sum::<f64>();
         let mut better: Vec<usize> = (1..sets.len()).filter(|&at| total(at) < total(0)).collect();
         better.sort_by(|&a, &b| total(a).total_cmp(&total(b)));
-        let certain = forward.settings.certain_of(sets.len() - 1);
-        let is_beaten = better.iter().any(|&at| paired(&losses.with[0], &losses.with[at]).t > certain);
         for at in better {
             let h = sets[at][0];
-            if !claim.rivals.iter().any(|known| hypotheses[known.hypothesis].is_same(&hypotheses[h])) {
+            let is_room = claim.rivals.len() + 1 < forward.settings.group;
+            if is_room && !claim.rivals.iter().any(|known| hypotheses[known.hypothesis].is_same(&hypotheses[h])) {
                 claim.rivals.push(Rival { hypothesis: h, loss: total(at) - total(0), is_of_joints: false });
             }
-        }
-        if is_beaten || claim.rivals.len() >= forward.settings.group {
-            claim.level = Level::Family;
         }
     }
 

@@ -49,6 +49,9 @@ pub fn t95(degrees_of_freedom: f64) -> f64 {
 /// Standard deviation of normal noise over the median of its magnitude.
 pub const OF_MEDIAN: f64 = 1.4826;
 
+/// The same over the lower quartile of its magnitude.
+pub const OF_QUARTER: f64 = 3.1383;
+
 /// Scale of Huber's loss, in standard deviations, with which it is 95 % efficient on normal noise (Huber, *Ann. Math. Statist.* 35, 1964).
 pub const HUBER: f64 = 1.345;
 

@@ -5,10 +5,10 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::Vector3;
 
-use super::NoiseEstimate;
+use super::{NoiseEstimate, WRONG};
 use crate::description::campaign::{Campaign, LoadPoint, Reading};
 use crate::description::raw::JointKind;
-use crate::math::distinct;
+use crate::math::{distinct, median};
 use crate::model::Model;
 
 /// One sigma of a coordinate from the scatter of distances between markers of one body over the configurations: a distance
@@ -40,7 +40,8 @@ pub fn rigid_markers(model: &Model, campaign: &Campaign) -> Option<NoiseEstimate
     campaign.readings.iter().for_each(|of| mounted[of.pose] = of.session.part(campaign.sessions.tool));
     let mountings: BTreeSet<usize> = mounted.iter().copied().collect();
     let markers: Vec<usize> = distinct(points.keys().map(|(_, marker)| *marker));
-    let (mut deviations, mut degrees_of_freedom) = (Vec::new(), 0.0);
+    // From the mean and from the median, which wrong readings do not move.
+    let (mut deviations, mut degrees_of_freedom) = ([Vec::new(), Vec::new()], 0.0);
     for (k, &one) in markers.iter().enumerate() {
         for &other in markers[k + 1..].iter().filter(|other| body(**other) == body(one)) {
             let distance = |pose: usize| {
@@ -55,13 +56,18 @@ pub fn rigid_markers(model: &Model, campaign: &Campaign) -> Option<NoiseEstimate
                 let found: Vec<(f64, f64)> = poses.filter_map(distance).collect();
                 let count = found.len() as f64;
                 let mean = found.iter().map(|(distance, _)| distance).sum::<f64>() / count.max(1.0);
+                let middle = median(&mut found.iter().map(|(distance, _)| *distance).collect::<Vec<f64>>());
                 if count > 1.0 {
                     // A difference of two points of equal noise.
-                    deviations.extend(found.iter().map(|(distance, part)| (distance - mean) / part * FRAC_1_SQRT_2));
+                    for (own, centre) in deviations.iter_mut().zip([mean, middle.unwrap_or(mean)]) {
+                        own.extend(found.iter().map(|(distance, part)| (distance - centre) / part * FRAC_1_SQRT_2));
+                    }
                     degrees_of_freedom += count - 1.0;
                 }
             }
         }
     }
-    NoiseEstimate::of(deviations, degrees_of_freedom)
+    let [about_mean, about_median] = deviations.map(|own| NoiseEstimate::of(own, degrees_of_freedom));
+    let robust = about_median.filter(|robust| about_mean.is_some_and(|mean| mean.sigma > WRONG * robust.sigma));
+    robust.or(about_mean)
 }

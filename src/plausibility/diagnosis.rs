@@ -95,8 +95,14 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
         all.extend(unlike_noise(found, limits));
     }
     // What is doubted already is not written, and another calibration of all readings would not change that.
-    if !all.iter().any(|known| known.code.forbids_saving()) {
-        all.extend(forbidden_to_identify(model, campaign, found, limits));
+    // Readings that are far off may all have been set aside.
+    let is_doubted = |known: &Diagnostic| known.code.forbids_saving() && known.code != Code::OutlyingReadings;
+    if !all.iter().any(is_doubted) {
+        for diagnostic in forbidden_to_identify(model, campaign, found, limits) {
+            if all.iter().all(|known| known.code != diagnostic.code) {
+                all.push(diagnostic);
+            }
+        }
     }
     all
 }

@@ -56,6 +56,9 @@ const COMPARED: usize = 600;
 /// The same of the last joint alone where the noise is not stated, against what the calibration itself leaves.
 fn last_joint_reversed(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     let (model, found) = (evidence.model, evidence.found?);
+    if !evidence.campaign.readings.iter().all(|reading| reading.observes.length_rows() > 0) {
+        return None;
+    }
     let last = model.variables.len();
     let way = *Hypothesis::all(model, evidence.campaign)
         .iter()
@@ -68,7 +71,8 @@ fn last_joint_reversed(evidence: &Evidence, limits: &Limits) -> Option<Diagnosti
     let mut reversed = campaign.clone();
     way.apply(model, &mut reversed, &mut model.registry.nominal());
     let both = [left(&campaign)?, left(&reversed)?];
-    let falls = Fall::between(&both[0], &both[1]).is_by(limits.fall) && far_off(model, &both[1]).next().is_none();
+    let fall = Fall::between(&both[0], &both[1]);
+    let falls = fall.before > limits.finest && fall.is_by(limits.fall) && far_off(model, &both[1]).next().is_none();
     let after = both[1].after.fit.distance[1];
     falls.then(|| {
         explained(evidence, "calibration", Some(both[0].after.fit.distance[1]), &[(vec![way], after)], &|_| None)
