@@ -21,6 +21,7 @@ use super::settings::Settings;
 use super::verdict::{Judgement, judge, without_noise};
 use crate::description::campaign::Amount;
 use crate::estimation::CalibrationError;
+use crate::math::quantiles::normal95;
 use crate::math::{mean_rms_max, orthonormal, project_off};
 use crate::prediction::PredictionError;
 
@@ -164,7 +165,7 @@ fn without_causes(
 const MOST_OF_REST: f64 = 0.5;
 
 /// Curves in what the members leave: the one that takes most by direction, where that is no chance, and at the site of each member the one that
-/// takes more by direction than what is left has, where there is one. `noise` is over the sigmas.
+/// certainly takes more by direction than what is left has. `noise` is over the sigmas.
 fn structures(selector: &Selector, members: &[usize], noise: f64) -> Vec<Structure> {
     let hypotheses = &selector.projection.problem.hypotheses;
     let gains = selector.gains_of_shapes(members);
@@ -178,8 +179,16 @@ fn structures(selector: &Selector, members: &[usize], noise: f64) -> Vec<Structu
     let left = selector.fit(members);
     let freedom = (selector.projection.freedom - left.directions as f64).max(1.0);
     let scale = (left.squares / freedom).max(noise * noise);
+    // Of noise alone the squares are chi-square.
+    let certain = |directions: usize| {
+        let directions = directions as f64;
+        directions + normal95() * (2.0 * directions).sqrt()
+    };
     let at_sites = members.iter().filter_map(|&own| {
-        let here = |h: &usize| hypotheses[*h].site.name == hypotheses[own].site.name && per_direction(h) > scale;
+        let here = |h: &usize| {
+            hypotheses[*h].site.name == hypotheses[own].site.name
+                && gains[*h].squares > certain(gains[*h].directions) * scale
+        };
         greatest(&mut curves.iter().copied().filter(here))
     });
     let of = |curve: usize, least: f64, is_certain: bool| {

@@ -291,8 +291,11 @@ const LONG_TAILS: f64 = 1.07;
 /// Median error of three normal coordinates over its root mean square, sqrt(2.366 / 3).
 const MEDIAN: f64 = 0.888;
 
-/// The same parameters fitted by a loss that many outliers do not bend, where more than the stated noise is left; where none is stated, where errors
-/// have long tails.
+/// Readings up to which a further fit costs little: many outliers among so few can bend the plain one until its residuals have no tails.
+const FEW: usize = 600;
+
+/// The same parameters fitted by a loss that many outliers do not bend, where more than the stated noise is left; where none is stated, where readings
+/// are few or errors have long tails.
 fn robust(evidence: &Evidence, limits: &Limits) -> Option<Calibration> {
     let (model, campaign) = (evidence.model, evidence.campaign);
     let has_tails = |found: &Calibration| {
@@ -302,7 +305,7 @@ fn robust(evidence: &Evidence, limits: &Limits) -> Option<Calibration> {
     };
     let found = evidence.found.filter(|found| match campaign.sigma {
         Some(_) => found.noise_ratio > HIDING,
-        None => has_tails(found),
+        None => campaign.readings.len() <= FEW || has_tails(found),
     })?;
     let loss = Loss::Huber(HUBER);
     let asked = Settings { only: Some(found.kept_slots()), loss, second_order: false, ..Settings::default() };

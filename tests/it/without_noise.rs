@@ -70,8 +70,8 @@ fn a_last_joint_that_counts_the_other_way() {
 fn many_wrong_readings_are_said() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
-    let arguments = ["--markers", "TCP,ball", "--poses", "60", "--seed", "3", "--unknown-base", "--unknown-tool"];
-    simulated(at, "scara-rail", &[&with_noise()[..], &arguments].concat());
+    let arguments = ["--markers", "m1,m2,m3", "--poses", "40", "--seed", "3", "--unknown-base", "--unknown-tool"];
+    simulated(at, "kuka-kr270", &[&with_noise()[..], &arguments].concat());
     silent(at);
     spoil(&at.join("s"), |table| {
         let mut random = ChaCha8Rng::seed_from_u64(8);
