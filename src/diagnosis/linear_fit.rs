@@ -59,9 +59,9 @@ pub struct LinearFit<'a> {
 }
 
 impl<'a> LinearFit<'a> {
-    /// Fits. The noise is that of the residuals, and at least `noise` times the sigmas of the rows. What has a shape is seen only where the
-    /// members cannot take it up: where they can it is taken to be as great as where they cannot, and by so much an amount is off whose
-    /// direction lies in the curve (the bias of an omitted variable, with the size of what is seen of it).
+    /// Fits. The noise is that of the residuals, and at least `noise` times the sigmas of the rows. Of a curve that is left only the part shows
+    /// that the members do not take up. The other part is assumed to be as great, and biases the amounts in whose direction it lies (the bias of
+    /// an omitted variable).
     /// `slopes` are, of each member, how the readings change with its continuous nonlinear parameter, which is fitted too.
     pub fn new(
         problem: &'a LinearProblem,
@@ -88,7 +88,7 @@ impl<'a> LinearFit<'a> {
         let mut half_widths = cofactor.diagonal().map(|v| normal95() * scale * v.max(0.0).sqrt());
         if !structures.is_empty() {
             let first = problem.nuisance.ncols();
-            // Of each amount: the direction by which the readings tell it, as long as its standard error is in sigmas.
+            // Of each amount the row of the pseudo-inverse: its length is the standard error for noise of one sigma.
             let determined_by = &design * cofactor.columns(first, x.len() - first);
             let nuisance = orthonormal(&problem.nuisance, None);
             let mut by_shape = vec![0.0_f64; determined_by.ncols()];

@@ -14,16 +14,18 @@ use crate::render::tables;
 use crate::results::units::mm;
 use crate::results::{ConfigurationResidual, DescriptionResiduals};
 
-/// Times by which base and tool of the description leave more than those of the campaign from which they are of another set-up.
+/// Times by which base and tool of the description leave more than those fitted to the readings, from which they are of another set-up. A
+/// judgement: tolerances of the robot itself make less.
 const ELSEWHERE: f64 = 10.0;
 
 /// A warning where base and tool, which the campaign has unknown, are not those of the description.
-fn placed_elsewhere(loaded: &LoadedCampaign, values: &[f64], predicted: &[f64]) -> Result<Option<Diagnostic>, Error> {
+fn placed_elsewhere(loaded: &LoadedCampaign, values: &[f64], predicted: &[f64]) -> Option<Diagnostic> {
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
     if campaign.is_difference() || !(campaign.estimate_base || campaign.estimate_tool) {
-        return Ok(None);
+        return None;
     }
-    let (_, placed) = registered(model, campaign, values, &RegistrationSettings::default())?;
+    // What cannot be registered has its residuals all the same.
+    let (_, placed) = registered(model, campaign, values, &RegistrationSettings::default()).ok()?;
     let [as_described, as_placed] = [predicted, &placed[..]].map(|own| errors_of(campaign, own, |_| true).distance[1]);
     let message = format!(
         "base and tool are those of the description, which leave {:.4} mm of these readings; fitted to them, as `estimate:` of the campaign has \
@@ -33,7 +35,7 @@ fn placed_elsewhere(loaded: &LoadedCampaign, values: &[f64], predicted: &[f64]) 
     );
     let remedy = "fit them with `register CAMPAIGN --robot DESCRIPTION`";
     let warning = || Diagnostic::warning(message).code(Code::AnotherPlacement).remedy(remedy);
-    Ok((as_described > ELSEWHERE * as_placed).then(warning))
+    (as_described > ELSEWHERE * as_placed).then(warning)
 }
 
 pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
@@ -72,7 +74,7 @@ pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
     if let Some(path) = &command.parts {
         output.table("residuals by session, file and marker", path, tables::parts(&found.parts_and_markers(), path)?);
     }
-    let elsewhere = placed_elsewhere(&loaded, &values, &predicted)?;
+    let elsewhere = placed_elsewhere(&loaded, &values, &predicted);
     let outside = loaded.outside();
     output.diagnostics = loaded.diagnostics;
     output.diagnostics.extend(outside);
