@@ -8,7 +8,7 @@ use super::planar::GroundLink;
 use super::{linear, planar, spatial};
 use crate::description::raw::LoopKind;
 use crate::description::robot::FrameIndex;
-use crate::model::{LoopGroup, Stage};
+use crate::model::LoopGroup;
 
 /// Workspace of a closure.
 #[derive(Debug, Clone, Default)]
@@ -60,81 +60,43 @@ pub struct Node {
 #[derive(Debug, Clone)]
 pub struct ClosedLoops {
     pub(super) group: LoopGroup,
-    grounds: Vec<Option<GroundLink>>,
+    pub(super) grounds: Vec<Option<GroundLink>>,
     /// Joints (unknowns) at the reference configuration.
     pub(super) reference: Vec<f64>,
     /// Inputs at the reference configuration.
     pub(super) inputs: Vec<f64>,
     /// The closure's determinant at the reference; of an over-constrained closure, of its Jacobian times the transpose of
     /// that at the reference.
-    determinant: f64,
+    pub(super) determinant: f64,
     /// Jacobian at the reference, where there are more equations than unknowns; empty otherwise.
-    jacobian: Vec<f64>,
+    pub(super) jacobian: Vec<f64>,
     /// Change of the unknowns at the reference by each input, row-major: unknowns x inputs.
     pub(super) rates: Vec<f64>,
     /// Gap that stays at the reference.
-    open: Gap,
+    pub(super) open: Gap,
+    /// What each frame's joint is to these loops.
+    pub(super) roles: Vec<Role>,
+}
+
+/// What a joint is to loops that are closed together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
+    /// The unknown of this number.
+    Unknown(usize),
+    /// The input of this number.
+    Input(usize),
+    /// It does not move them.
+    Neither,
 }
 
 /// Most steps of Newton's method, and how often one is halved: as many as may help from afar.
-pub const ANYHOW: [usize; 2] = [60, 12];
+pub(super) const ANYHOW: [usize; 2] = [60, 12];
 /// A Newton step below this (rad or m) leaves an error of its square.
 const SMALL_STEP: f64 = 1e-8;
 /// Residual (m or rad) below which a loop is closed.
 const CLOSED: f64 = 1e-9;
 
 impl ClosedLoops {
-    /// Assembles the loops at the configuration at which the branch was declared.
-    pub fn assemble(constants: &Constants, earlier: &[Self], group: &LoopGroup) -> Result<Self, AssemblyError> {
-        let planar =
-            |plan: &crate::model::LoopPlan| (plan.kind == LoopKind::Planar).then(|| GroundLink::new(constants, plan));
-        let grounds = group.loops.iter().map(planar).collect();
-        let mut closed = Self {
-            group: group.clone(),
-            grounds,
-            reference: group.guess.clone(),
-            inputs: Vec::new(),
-            determinant: 1.0,
-            jacobian: Vec::new(),
-            rates: Vec::new(),
-            open: Gap::default(),
-        };
-        let mut joints = Vec::new();
-        constants.direct_joints(&group.at, &mut joints);
-        let mut scratch = Scratch::default();
-        let mut earlier = earlier.iter();
-        for stage in &constants.model.stages {
-            match stage {
-                Stage::Loops(other) if other.unknowns == group.unknowns => break,
-                Stage::Loops(_) => {
-                    if let Some(other) = earlier.next() {
-                        other.close(constants, &mut joints, &mut scratch)?;
-                    }
-                }
-                stage => constants.follow(stage, &group.at, &mut joints)?,
-            }
-        }
-        closed.inputs = group.inputs.iter().map(|&frame| joints[frame]).collect();
-        for (&frame, &guess) in group.unknowns.iter().zip(&group.guess) {
-            joints[frame] = guess;
-        }
-        match closed.newton(constants, &mut joints, ANYHOW, &mut scratch) {
-            Ok(determinant) => {
-                closed.determinant = determinant;
-                closed.reference = group.unknowns.iter().map(|&frame| joints[frame]).collect();
-                closed.open = closed.evaluate(constants, &joints, &mut scratch);
-                if group.equations > group.unknowns.len() {
-                    closed.jacobian.clone_from(&scratch.matrix);
-                    closed.determinant = 1.0;
-                    closed.determinant = closed.quality(0.0, &scratch.matrix);
-                }
-                closed.rates_by_inputs(constants, &joints, &mut scratch);
-                Ok(closed)
-            }
-            Err(gap) => Err(closed.failure(gap, " where its branch is declared")),
-        }
-    }
-
     pub(super) fn failure(&self, gap: Gap, branch: &'static str) -> AssemblyError {
         let mut names = self.group.loops.iter().map(|plan| plan.name.clone());
         AssemblyError::Loop { name: names.next().unwrap_or_default(), others: names.collect(), gap, branch }
@@ -244,15 +206,14 @@ impl ClosedLoops {
             residual.iter().enumerate().for_each(|(k, component)| gap.add(*component, k >= lengths));
             scratch.residual[plan.row..plan.row + found.rows].copy_from_slice(residual);
             for (frame, column) in &found.joints {
-                if let Some(k) = self.group.unknowns.iter().position(|unknown| unknown == frame) {
-                    for (row, value) in column[..found.rows].iter().enumerate() {
-                        scratch.matrix[(plan.row + row) * n + k] += value;
+                let rows = column[..found.rows].iter().enumerate();
+                match self.roles[*frame] {
+                    Role::Unknown(k) => rows.for_each(|(row, value)| scratch.matrix[(plan.row + row) * n + k] += value),
+                    Role::Input(k) => {
+                        let rate = scratch.direction.get(k).copied().unwrap_or_default();
+                        rows.for_each(|(row, value)| scratch.drive[plan.row + row] += value * rate);
                     }
-                } else if let Some(k) = self.group.inputs.iter().position(|input| input == frame) {
-                    let rate = scratch.direction.get(k).copied().unwrap_or_default();
-                    for (row, value) in column[..found.rows].iter().enumerate() {
-                        scratch.drive[plan.row + row] += value * rate;
-                    }
+                    Role::Neither => {}
                 }
             }
         }

@@ -3,6 +3,7 @@
 //! [`Geometry`] is a model with values put in; it places frames for a configuration. All derivatives are analytic:
 //! elementary transforms give twists, loops give implicit derivatives.
 
+mod assembly;
 mod assembly_error;
 mod branch;
 mod closure;

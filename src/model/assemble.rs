@@ -4,33 +4,22 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Rotation3, Translation3, Vector3};
 
-use super::structure::{Edge, MassElement, Spot, Structure, Vertex, nearest};
+use super::builder::Builder;
+use super::structure::{Edge, MassElement, Spot, Structure};
 use super::{Fault, Model};
 use crate::description::elastic::{BASE_SYMBOLS, Node, Shear, Stiffness, own_axis};
 use crate::description::parameters::{
-    ANCHORS, AXIAL, CENTRE, DENSITY, FREE_LENGTH, JOINT, MASS, Number, Owner, PEDESTAL, POISSON, RATE, SECTION, SHEAR,
-    Stiffness as Row, YOUNG, joint_directions, joint_springs,
+    ANCHORS, AXIAL, CENTRE, DENSITY, FREE_LENGTH, JOINT, MASS, Owner, PEDESTAL, POISSON, RATE, SECTION, SHEAR, YOUNG,
+    joint_directions, joint_springs,
 };
 use crate::description::raw::{JointKind, LoadPath, LoopKind, Meet, Support};
 use crate::description::robot::{Frame, FrameIndex, Motion, Robot};
 use crate::elements::{
     Axes, BodyPoint, Law, Lumped, Material, Screw, ScrewTriangle, Section, Spring, VertexIndex, screw_pins,
 };
-use crate::parameter::{Group, Kind, Parameter, Slot};
 
-/// Compliance by which what is declared rigid is commonly off, m/N and rad/(N.m): a start for effects.
-const COMMON: [f64; 2] = [1e-9, 1e-7];
 /// Symbols of lumped springs at the cut of a loop: along x, y, z, about x, y, z.
 const LUMPED: [&str; 6] = ["kr", "kr", "ka", "krr", "krr", "kar"];
-
-pub(super) struct Builder<'a> {
-    pub(super) robot: &'a Robot,
-    pub(super) model: &'a mut Model,
-    pub(super) structure: Structure,
-    pub(super) edges: Vec<Edge>,
-    pub(super) only_closing: Vec<Edge>,
-    pub(super) faults: Vec<Fault>,
-}
 
 /// Adds the elastic parameters to the model's registry and builds its structure.
 pub fn assemble(robot: &Robot, model: &mut Model) -> Result<Structure, Vec<Fault>> {
@@ -82,48 +71,6 @@ fn home(robot: &Robot) -> Vec<Isometry3<f64>> {
 }
 
 impl Builder<'_> {
-    /// Adds a parameter; `calibration` narrows its bounds, states its common error, frees it or holds it.
-    fn add(&mut self, mut parameter: Parameter) -> Slot {
-        let calibration = &self.robot.calibration;
-        let Parameter { name, nominal, inverted, bounds, .. } = &parameter;
-        let (nominal, inverted) = (*nominal, *inverted);
-        if let Some(&[low, high]) = calibration.bounds.get(name) {
-            let [low, high] = if inverted { [1.0 / high, 1.0 / low] } else { [low, high] };
-            parameter.bounds = [bounds[0].max(low), bounds[1].min(high)];
-        }
-        if let Some(&stated) = calibration.tolerances.get(&parameter.name) {
-            parameter.tolerance = if inverted && nominal != 0.0 { stated * nominal * nominal } else { stated };
-        }
-        let listed = |names: &[String]| names.contains(&parameter.name);
-        parameter.free = (parameter.free || listed(&calibration.free)) && !listed(&calibration.fixed);
-        self.model.registry.add(parameter)
-    }
-
-    /// Adds a stiffness as it is held.
-    fn stiffness(&mut self, name: String, given: Stiffness, tolerance: f64) -> Slot {
-        let Stiffness { kind, nominal, identifiable: free, bounds, inverted } = given;
-        let group = Group::Elastic;
-        self.add(Parameter { name, kind, group, nominal, bounds, tolerance, free, closing: false, inverted })
-    }
-
-    /// A compliance as declared, rigid where it is not.
-    fn compliance<R>(&mut self, owner: Owner, row: &Row<R>, given: Option<Stiffness>) -> Slot {
-        let given = given.unwrap_or(Stiffness::undeclared(row.kind.inverse()));
-        let common = COMMON[usize::from(given.kind == Kind::RotationalCompliance)];
-        let tolerance = if given.nominal > 0.0 { 0.3 * given.nominal } else { common };
-        self.stiffness(owner.parameter(row.symbol), given, tolerance)
-    }
-
-    /// A parameter that is written as it is computed with.
-    pub(super) fn plain(&mut self, name: String, kind: Kind, value: f64, bounds: [f64; 2], tolerance: f64) -> Slot {
-        let (group, free, closing, inverted) = (Group::Elastic, false, false, false);
-        self.add(Parameter { name, kind, group, nominal: value, bounds, tolerance, free, closing, inverted })
-    }
-
-    fn number<R>(&mut self, owner: Owner, row: &Number<R>, value: f64) -> Slot {
-        self.plain(owner.parameter(row.symbol), row.kind, value, row.bounds(value), row.tolerance(value))
-    }
-
     fn sections(&mut self) {
         let elastic = &self.robot.elastic;
         for (name, material) in &elastic.materials {
@@ -144,19 +91,6 @@ impl Builder<'_> {
             let slots = slots.collect();
             self.structure.sections.push(Section { shape: section.shape, slots });
         }
-    }
-
-    /// The frame that moves a frame's body.
-    pub(super) fn root(&self, mut frame: FrameIndex) -> FrameIndex {
-        while frame != 0 && self.robot.frames[frame].joint == JointKind::Fixed {
-            frame = self.robot.frames[frame].antecedent;
-        }
-        frame
-    }
-
-    pub(super) fn vertex(&mut self, name: impl Into<String>, spot: Spot) -> VertexIndex {
-        self.structure.vertices.push(Vertex { name: name.into(), spot });
-        self.structure.vertices.len() - 1
     }
 
     fn vertices(&mut self) {
@@ -182,10 +116,6 @@ impl Builder<'_> {
             bodies[frame] = bodies[self.root(frame)].clone();
         }
         self.structure.bodies = bodies;
-    }
-
-    fn carrier(&self, frame: FrameIndex, at: &Vector3<f64>) -> VertexIndex {
-        nearest(&self.structure.bodies[frame], at, |vertex| self.structure.at_home(vertex))
     }
 
     fn base(&mut self) {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::Fault;
-use super::assemble::Builder;
+use super::builder::Builder;
 use super::structure::{Edge, Spot};
 use crate::description::elastic;
 use crate::description::raw::{BeamTheory, JointKind};

@@ -8,6 +8,7 @@ mod assemble;
 mod beams;
 mod bounds;
 mod build;
+mod builder;
 mod coordinates;
 mod effect;
 mod fault;
@@ -36,7 +37,7 @@ use crate::description::fuzzy::Input;
 use crate::description::parameters::Owner;
 use crate::description::raw::JointKind;
 use crate::description::robot::{FrameIndex, KeepOut, Motion, SumLimit, Variable};
-use crate::parameter::{Group, Kind, Registry, Slot};
+use crate::parameter::{Group, Kind, Parameter, Registry, Slot};
 use indexmap::IndexMap;
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -176,6 +177,17 @@ pub trait Effect: Send + Sync {
     /// What one unit of each parameter changes in a reading; by default nothing.
     fn changes(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Changes {
         Arc::new(|_, _| {})
+    }
+}
+
+impl Model {
+    /// Parameters of an effect that is nothing but constants of the model: their shifts.
+    pub fn shifts_of(&self, constants: &[Slot]) -> Vec<EffectParameter> {
+        let of = |parameter: &Parameter| EffectParameter {
+            is_positive: parameter.bounds[0] == 0.0,
+            ..EffectParameter::new(&parameter.name, parameter.kind.unit(), parameter.tolerance)
+        };
+        constants.iter().map(|&slot| of(&self.registry[slot])).collect()
     }
 }
 

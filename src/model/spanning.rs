@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Fault;
-use super::assemble::Builder;
+use super::builder::Builder;
 use super::structure::{Edge, Spot, Structure};
 use crate::description::elastic::BASE_SYMBOLS;
 use crate::diagnostic::Diagnostic;

@@ -138,15 +138,6 @@ impl Model {
         sites
     }
 
-    /// Parameters of an effect that is nothing but constants of the model: their shifts.
-    pub fn shifts_of(&self, constants: &[Slot]) -> Vec<EffectParameter> {
-        let of = |parameter: &Parameter| EffectParameter {
-            is_positive: parameter.bounds[0] == 0.0,
-            ..EffectParameter::new(&parameter.name, parameter.kind.unit(), parameter.tolerance)
-        };
-        constants.iter().map(|&slot| of(&self.registry[slot])).collect()
-    }
-
     /// Slots of the names that this robot has.
     pub fn slots_named(&self, names: impl IntoIterator<Item = String>) -> Vec<Slot> {
         names.into_iter().filter_map(|name| self.registry.slot(&name)).collect()

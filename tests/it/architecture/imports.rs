@@ -1,16 +1,21 @@
 //! Which file imports from which, read from the syntax tree: `use` and paths of code, re-exports followed to the file that
-//! defines the name. A `mod.rs` that only re-exports a child does not depend on it.
+//! defines the name. A `mod.rs` that only re-exports a child does not depend on it. A call of a method depends on the file that
+//! defines it, where one file of the crate alone has an inherent method of that name.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use syn::visit::Visit;
 
+/// Methods of this crate whose names types of the standard library, or of other crates, have as well.
+const STANDARD: &[&str] = &["copied", "is_empty", "map", "random", "render"];
+
 /// The files of a crate, each with its module path (`["diagnosis", "verdict"]`) and what it imports.
 pub struct Imports {
     modules: BTreeMap<Vec<String>, Module>,
 }
 
+#[derive(Default)]
 struct Module {
     /// Name of the file below `src`.
     file: String,
@@ -20,6 +25,12 @@ struct Module {
     globs: Vec<Vec<String>>,
     /// Paths that are more than re-exports of what lies below this module.
     paths: Vec<Vec<String>>,
+    /// Names of the inherent methods that it defines.
+    methods: BTreeSet<String>,
+    /// Names of methods that traits of this file, or their implementations, define.
+    of_traits: BTreeSet<String>,
+    /// Names of the methods that are called.
+    calls: BTreeSet<String>,
 }
 
 impl Imports {
@@ -34,8 +45,11 @@ impl Imports {
     /// For each file, the files from which it takes names.
     pub fn edges(&self) -> BTreeMap<&str, BTreeSet<&str>> {
         let mut edges: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+        let homes = self.homes_of_methods();
         for (own, module) in &self.modules {
             let found = edges.entry(&module.file).or_default();
+            let defining = module.calls.iter().filter_map(|name| homes.get(name.as_str()));
+            found.extend(defining.filter(|home| **home != module.file && folder_of(home) == folder_of(&module.file)));
             for path in &module.paths {
                 if let Some(other) = self.resolve(own, path, 0).and_then(|path| self.modules.get(&path))
                     && other.file != module.file
@@ -45,6 +59,21 @@ impl Imports {
             }
         }
         edges
+    }
+
+    /// Files of methods whose name only one file defines, and no trait.
+    fn homes_of_methods(&self) -> BTreeMap<&str, &str> {
+        let mut homes: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for module in self.modules.values() {
+            for name in &module.methods {
+                homes.entry(name).or_default().push(&module.file);
+            }
+        }
+        let is_of_trait = |name: &str| self.modules.values().any(|module| module.of_traits.contains(name));
+        let alone = homes
+            .into_iter()
+            .filter(|(name, files)| files.len() == 1 && !is_of_trait(name) && !STANDARD.contains(name));
+        alone.map(|(name, files)| (name, files[0])).collect()
     }
 
     /// The module that defines what `path`, written in `own`, names.
@@ -116,6 +145,11 @@ pub fn circles<'f>(edges: &BTreeMap<&'f str, BTreeSet<&'f str>>) -> Vec<Vec<&'f 
     circles.into_iter().collect()
 }
 
+/// The top folder of a file; what lies in others is known by imports alone.
+fn folder_of(file: &str) -> &str {
+    file.split('/').next().unwrap_or(file)
+}
+
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
@@ -147,7 +181,7 @@ fn read(root: &Path, file: &Path) -> (Vec<String>, Module) {
 
 impl Module {
     fn empty(file: String) -> Self {
-        Self { file, uses: BTreeMap::new(), globs: Vec::new(), paths: Vec::new() }
+        Self { file, ..Self::default() }
     }
 }
 
@@ -211,8 +245,39 @@ impl<'a> Visit<'a> for Reader {
         self.tree(&item.tree, &[], is_re_export);
     }
 
+    fn visit_item_impl(&mut self, item: &'a syn::ItemImpl) {
+        let names = item.items.iter().filter_map(|item| match item {
+            syn::ImplItem::Fn(function) => Some(function.sig.ident.to_string()),
+            _ => None,
+        });
+        if item.trait_.is_some() {
+            self.module.of_traits.extend(names);
+        } else {
+            self.module.methods.extend(names);
+        }
+        syn::visit::visit_item_impl(self, item);
+    }
+
+    fn visit_item_trait(&mut self, item: &'a syn::ItemTrait) {
+        self.module.of_traits.extend(item.items.iter().filter_map(|item| match item {
+            syn::TraitItem::Fn(function) => Some(function.sig.ident.to_string()),
+            _ => None,
+        }));
+        syn::visit::visit_item_trait(self, item);
+    }
+
+    fn visit_expr_method_call(&mut self, call: &'a syn::ExprMethodCall) {
+        self.module.calls.insert(call.method.to_string());
+        syn::visit::visit_expr_method_call(self, call);
+    }
+
     fn visit_path(&mut self, path: &'a syn::Path) {
         let names: Vec<String> = path.segments.iter().map(|segment| segment.ident.to_string()).collect();
+        if let [first, name] = &names[..]
+            && first == "Self"
+        {
+            self.module.calls.insert(name.clone());
+        }
         if names.len() > 1 {
             self.module.paths.push(names);
         }
@@ -227,6 +292,7 @@ impl<'a> Visit<'a> for Reader {
             let mut inner = Reader { children: self.children.clone(), module: Module::empty(String::new()) };
             arguments.iter().for_each(|argument| inner.visit_expr(argument));
             self.module.paths.append(&mut inner.module.paths);
+            self.module.calls.append(&mut inner.module.calls);
         }
     }
 }
