@@ -202,7 +202,7 @@ fn of_calibration(error: &CalibrationError) -> &'static str {
             "leave that option out, or give it a value that fits the campaign"
         }
         CalibrationError::NotConverged { .. } => "run `identify` on the same campaign: it says what to try",
-        CalibrationError::Stopped(_) => {
+        CalibrationError::Stopped(_) | CalibrationError::LeftBounds(_) => {
             "hold what the readings hardly show (`--hold`), or let tolerances pull (`--prior`)"
         }
     }

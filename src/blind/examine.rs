@@ -6,7 +6,7 @@ use crate::description::campaign::Campaign;
 use crate::diagnosis::{Cause, Level, Settings, Support, Verdict, diagnose};
 use crate::diagnostic::Diagnostic;
 use crate::estimation::{self, CalibrationError, calibrate, errors_of};
-use crate::model::{Catalogue, Model};
+use crate::model::{Catalogue, Family, Model};
 use crate::plausibility::{Evidence, Limits, doubts, judge, refusing};
 use crate::prediction::residuals;
 
@@ -18,6 +18,9 @@ const GROUP: usize = 3;
 pub struct Named {
     /// Effect.
     pub effect: String,
+    /// Whether it is a curve without a law at its site.
+    #[serde(skip)]
+    pub is_free: bool,
     /// Site.
     pub site: String,
     /// Effects and sites that would do as well.
@@ -38,6 +41,7 @@ impl Named {
     fn new(cause: &Cause) -> Self {
         Self {
             effect: cause.effect.clone(),
+            is_free: cause.is_free,
             site: cause.site.clone(),
             rivals: cause.rivals.iter().map(|rival| (rival.effect.clone(), rival.site.clone())).collect(),
             level: cause.level,
@@ -50,7 +54,12 @@ impl Named {
 
     /// Whether it is an effect of the catalogue: neither a curve without a law nor a family.
     pub fn is_of_catalogue(&self) -> bool {
-        self.effect != "free-form" && !self.effect.starts_with("family:")
+        self.level == Level::Law
+    }
+
+    /// Whether only its family is known: neither a law nor a curve at a site.
+    pub fn is_family(&self) -> bool {
+        self.level != Level::Law && !self.is_free
     }
 
     /// Whether it, or its small enough group, holds an effect.
@@ -72,7 +81,7 @@ impl Named {
 
     /// Number of effects that cannot be distinguished, itself included where it is one and no family.
     pub fn group(&self) -> usize {
-        usize::from(!self.effect.starts_with("family:")) + self.rivals.len()
+        usize::from(!self.is_family()) + self.rivals.len()
     }
 }
 
@@ -148,7 +157,7 @@ pub fn examine(model: &Model, campaign: &Campaign, fresh: &Campaign, seed: u64) 
             Verdict::Undecided => "undecided",
         },
         doubted: implausible(&judged),
-        named: found.causes.iter().filter(|cause| cause.effect != "outliers").map(Named::new).collect(),
+        named: found.causes.iter().filter(|cause| cause.family != Family::Gross).map(Named::new).collect(),
         outliers: found.outliers.clone(),
         promised: (found.shrinkage.value, found.shrinkage.ci95),
         fresh,

@@ -123,10 +123,7 @@ impl Examined {
     /// names no site, at any.
     fn claims_no_law(&self, named: &Named) -> bool {
         let is_there = |cause: &TruthCause| cause.site.is_empty() || cause.site == named.site;
-        match named.effect.as_str() {
-            "free-form" => self.truth.causes.iter().any(is_there),
-            effect => effect.starts_with("family:"),
-        }
+        named.is_family() || named.is_free && self.truth.causes.iter().any(is_there)
     }
 
     /// Whether the answer is open: no effect of the catalogue, and no curve elsewhere.

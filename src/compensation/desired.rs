@@ -2,7 +2,7 @@
 
 use nalgebra::{Rotation3, Translation3, Vector3};
 
-use super::{Desired, Hold, Refusal};
+use super::{Desired, Hold, Refusal, Unreachable};
 use crate::description::campaign::Campaign;
 use crate::kinematics::{Geometry, InverseSettings, Placements, Target, Transform, rotation_vector, solve};
 
@@ -36,7 +36,7 @@ impl Controller<'_> {
     /// The loops cannot be closed there.
     pub fn pose(&self, q: &[f64], marker: Option<usize>, placements: &mut Placements) -> Result<Transform, Refusal> {
         let placed = self.geometry.place(q, placements);
-        placed.map_err(|error| Refusal::Unreachable(error.to_string()))?;
+        placed.map_err(Unreachable::from)?;
         let tool = self.geometry.tool();
         let (frame, point) = self.point(marker);
         let frame = placements.frames[frame];
@@ -112,23 +112,22 @@ fn inverse(controller: &Controller, sought: &Sought, last: Option<&[f64]>) -> Re
     };
     let position = (sought.position + arm).into();
     if sought.marker.is_some() && (frame != geometry.model.tool.0 || sought.rotation.is_none()) {
-        let why = "joints are needed for a marker that does not sit on the tool, or whose orientation is free";
-        return Err(Refusal::Unreachable(why.into()));
+        return Err(Unreachable::MarkerNeedsJoints.into());
     }
     let near = InverseSettings { restarts: 0, from: last.map(<[f64]>::to_vec), ..InverseSettings::default() };
     let anywhere = InverseSettings { restarts: 192, ..near.clone() };
     let settings = [&near, &anywhere].into_iter().skip(usize::from(last.is_none()));
     let whole = sought.rotation.is_some() && sought.hold != Hold::POSE;
     let holds = whole.then_some(Hold::POSE).into_iter().chain([sought.hold]);
-    let mut why = Refusal::Unreachable("no solution".into());
+    let mut why = Unreachable::NoSolution;
     for (settings, hold) in settings.flat_map(|settings| holds.clone().map(move |hold| (settings, hold))) {
         match solve(geometry, &Target { position, rotation: sought.rotation, hold }, settings) {
             Ok(mut found) if !found.is_empty() => return Ok(found.swap_remove(0).joints),
             Ok(_) => {}
-            Err(error) => why = Refusal::Unreachable(error.to_string()),
+            Err(error) => why = error.into(),
         }
     }
-    Err(why)
+    Err(why.into())
 }
 
 /// Position (m) and rotation vector (rad) of a pose.

@@ -24,7 +24,7 @@ pub use straight::astray;
 use nalgebra::Vector3;
 
 pub use crate::kinematics::Hold;
-use crate::kinematics::Transform;
+use crate::kinematics::{AssemblyError, InverseError, Transform};
 use crate::prediction::SingleError;
 use crate::process::ProcessError;
 use crate::settings::settings;
@@ -108,12 +108,29 @@ pub struct Desired {
     pub target: Transform,
 }
 
+/// Why the robot without errors cannot be at a point.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Unreachable {
+    /// The loops cannot be closed there.
+    #[error(transparent)]
+    Assembly(#[from] AssemblyError),
+    /// No joints were found.
+    #[error(transparent)]
+    Inverse(#[from] InverseError),
+    /// No joints were found, and nothing says why.
+    #[error("no solution")]
+    NoSolution,
+    /// The joints of such a marker are not sought.
+    #[error("joints are needed for a marker that does not sit on the tool, or whose orientation is free")]
+    MarkerNeedsJoints,
+}
+
 /// Why a point is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Refusal {
     /// The robot without errors cannot be there.
     #[error("unreachable: {0}")]
-    Unreachable(String),
+    Unreachable(#[from] Unreachable),
     /// Limits.
     #[error("out of limits: {}", .0.join(", "))]
     Limits(Vec<String>),

@@ -132,6 +132,7 @@ impl<'a> Explanation<'a> {
         Cause {
             effect,
             site,
+            is_free: hypothesis.is_free() && claim.level != Level::Family,
             probability: Some(claim.probability(self.odds)),
             entries: vec![entry(hypothesis, fitted)],
             parameters: reported(model, hypothesis, fitted, linear.width_of_nonlinear(step)),

@@ -233,6 +233,7 @@ pub fn cause(
     let cause = Cause {
         effect: "outliers".into(),
         site: "instrument".into(),
+        is_free: false,
         probability: None,
         parameters: vec![CauseParameter {
             name: "count".into(),

@@ -83,6 +83,8 @@ pub struct Cause {
     pub effect: String,
     /// Name of the site.
     pub site: String,
+    /// Whether it is a curve of any shape at its site, without a law.
+    pub is_free: bool,
     /// Probability among the hypotheses that would do in its place; `None` where no hypothesis competes with it
     /// (outliers).
     pub probability: Option<f64>,

@@ -86,7 +86,7 @@ impl Task<'_> {
                 ci95,
                 interval,
                 of_dropped: position.and_then(|k| open.get(k).copied()).filter(|open| *open > 0.0),
-                degrees_of_freedom: degrees_of_freedom.unwrap_or(0.0),
+                degrees_of_freedom,
                 at_bound: position.is_some_and(|k| at_bound[k]),
                 moves: (self.model.registry[slot].group == Group::Elastic).then_some(moves),
             }

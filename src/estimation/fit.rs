@@ -7,7 +7,7 @@ use super::result::CalibrationError;
 use super::robust;
 use super::schemes::{alternating, pose_by_pose};
 use super::settings::{Scheme, Settings};
-use crate::least_squares::{Bounds, EvaluationError, Problem, Progress, Status};
+use crate::least_squares::{Bounds, Problem, Progress, Status};
 use crate::parameter::Group;
 
 /// Where a fit ended; `n` parameters as changes from the start, `m` residuals in standard deviations.
@@ -50,7 +50,6 @@ pub fn fit(
 
 /// Fits by one of the iterative schemes.
 fn in_turns(problem: &CampaignProblem, bounds: &Bounds, settings: &Settings) -> Result<Fit, CalibrationError> {
-    let stopped = |error: EvaluationError| CalibrationError::Stopped(error.0);
     let parameters = || problem.slots().iter().map(|&slot| &problem.model().registry[slot]);
     let tolerances: Vec<f64> = parameters().map(|parameter| parameter.tolerance).collect();
     let most = settings.max_iterations.unwrap_or(settings.scheme.iterations());
@@ -60,14 +59,14 @@ fn in_turns(problem: &CampaignProblem, bounds: &Bounds, settings: &Settings) -> 
         let arrangement: Vec<bool> = parameters().map(|parameter| parameter.group != Group::Geometry).collect();
         alternating(problem, &arrangement, bounds, &tolerances, most)
     };
-    let reached = reached.map_err(stopped)?;
+    let reached = reached?;
     let n = problem.parameters();
     if let Some(j) = (0..n).find(|&j| reached.x[j] < bounds.lower[j] || reached.x[j] > bounds.upper[j]) {
         let name = &problem.model().registry[problem.slots()[j]].name;
-        return Err(CalibrationError::Stopped(format!("pose by pose, `{name}` left its bounds; use the batch scheme")));
+        return Err(CalibrationError::LeftBounds(name.clone()));
     }
     let (mut residual, mut jacobian) = (DVector::zeros(problem.residuals()), DMatrix::zeros(problem.residuals(), n));
-    problem.evaluate(&reached.x, &mut residual, Some(&mut jacobian)).map_err(stopped)?;
+    problem.evaluate(&reached.x, &mut residual, Some(&mut jacobian))?;
     Ok(Fit {
         at_bound: (0..n).map(|j| reached.x[j] <= bounds.lower[j] || reached.x[j] >= bounds.upper[j]).collect(),
         weights: DVector::repeat(residual.len(), 1.0),

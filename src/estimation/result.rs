@@ -8,7 +8,7 @@ use super::statistics::Errors;
 use crate::description::campaign::Campaign;
 use crate::description::raw::RawFit;
 use crate::identifiability::Identifiability;
-use crate::least_squares::{Loss, Status, UsageError};
+use crate::least_squares::{EvaluationError, Loss, Status, UsageError};
 use crate::math::quantiles::t95;
 use crate::parameter::Slot;
 use crate::prediction::{ConfigurationError, PredictionError};
@@ -59,7 +59,10 @@ pub enum CalibrationError {
     },
     /// The fit broke down.
     #[error("the fit stopped: {0}")]
-    Stopped(String),
+    Stopped(#[from] EvaluationError),
+    /// A parameter that pose by pose left its bounds, which that scheme does not heed.
+    #[error("the fit stopped: pose by pose, `{0}` left its bounds; use the batch scheme")]
+    LeftBounds(String),
 }
 
 /// One parameter's result, in the unit of its kind (SI).
@@ -79,8 +82,8 @@ pub struct Estimate {
     /// tolerances, do to the value in second order. `None` where they do nothing.
     pub of_dropped: Option<f64>,
     /// Degrees of freedom of its variance, with which the interval is that of Student's t; see
-    /// [`super::covariance::Covariance`]. 0 where it was dropped.
-    pub degrees_of_freedom: f64,
+    /// [`super::covariance::Covariance`]; `None` where it was dropped.
+    pub degrees_of_freedom: Option<f64>,
     /// Whether it stopped at a bound.
     pub at_bound: bool,
     /// Greatest displacement of a fitted reading that an elastic parameter causes at its value, m; `None` for others.
@@ -95,7 +98,7 @@ impl Estimate {
 
     /// Standard uncertainty; `None` where the reduction dropped it.
     pub fn sigma(&self) -> Option<f64> {
-        Some(self.ci95? / t95(self.degrees_of_freedom))
+        Some(self.ci95? / t95(self.degrees_of_freedom?))
     }
 
     /// Standard deviation by the readings alone and its degrees of freedom, with which the value of another campaign with the
@@ -103,7 +106,7 @@ impl Estimate {
     pub fn repeatability(&self) -> Option<(f64, f64)> {
         let (sigma, open) = (self.sigma()?, self.of_dropped.unwrap_or(0.0));
         let part = if open > 0.0 { (1.0 - (open / sigma).powi(2)).max(0.0) } else { 1.0 };
-        Some((sigma * part.sqrt(), self.degrees_of_freedom * part.powi(2)))
+        Some((sigma * part.sqrt(), self.degrees_of_freedom? * part.powi(2)))
     }
 }
 

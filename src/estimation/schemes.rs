@@ -81,8 +81,7 @@ pub fn alternating(
                 lower: own.iter().map(|&j| bounds.lower[j] - x[j]).collect(),
                 upper: own.iter().map(|&j| bounds.upper[j] - x[j]).collect(),
             };
-            let step =
-                minimize_in_box(&columns, &residual, &allowed).map_err(|error| EvaluationError(error.to_string()))?;
+            let step = minimize_in_box(&columns, &residual, &allowed).map_err(EvaluationError::new)?;
             for (&j, step) in own.iter().zip(&step) {
                 x[j] += step;
                 largest = largest.max(step.abs() / tolerances[j]);

@@ -1,7 +1,10 @@
 //! What the caller implements.
 
+use std::error::Error;
+use std::fmt;
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
-use thiserror::Error;
 
 /// A residual vector as a function of parameters, with its derivative.
 pub trait Problem {
@@ -39,9 +42,37 @@ pub trait Problem {
 }
 
 /// The model has no value at this point: a loop that cannot close, a logarithm of a negative number.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{0}")]
-pub struct EvaluationError(
-    /// What went wrong, for the reader of a report.
-    pub String,
-);
+///
+/// It carries the error of the model, which [`EvaluationError::get_ref`] gives back with its type.
+#[derive(Debug, Clone)]
+pub struct EvaluationError(Arc<dyn Error + Send + Sync>);
+
+impl EvaluationError {
+    /// Of the model's own error, or of a sentence for the reader of a report.
+    pub fn new(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self(error.into().into())
+    }
+
+    /// The model's own error.
+    pub fn get_ref(&self) -> &(dyn Error + Send + Sync + 'static) {
+        &*self.0
+    }
+}
+
+impl fmt::Display for EvaluationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl Error for EvaluationError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        self.0.source()
+    }
+}
+
+impl PartialEq for EvaluationError {
+    fn eq(&self, other: &Self) -> bool {
+        self.to_string() == other.to_string()
+    }
+}

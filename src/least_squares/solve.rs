@@ -260,7 +260,7 @@ impl<'a, P: Problem> Search<'a, P> {
         let cost = self.losses.cost(&self.trial_residual);
         Ok(reduced
             .filter(|_| cost.is_finite())
-            .ok_or_else(|| EvaluationError("the squares of the residuals or derivatives overflow".into())))
+            .ok_or_else(|| EvaluationError::new("the squares of the residuals or derivatives overflow")))
     }
 
     /// Makes the trial the current point.
@@ -355,7 +355,7 @@ fn evaluate(
         return Err(UsageError::Shape { what: "residual", expected: (m, 1), found: (residual.len(), 1) });
     }
     if let Some(row) = residual.iter().position(|r| !r.is_finite()) {
-        return Ok(Err(EvaluationError(format!("residual {row} is {}", residual[row]))));
+        return Ok(Err(EvaluationError::new(format!("residual {row} is {}", residual[row]))));
     }
     let Some(jacobian) = jacobian else { return Ok(Ok(())) };
     if jacobian.shape() != (m, n) {
@@ -363,7 +363,7 @@ fn evaluate(
     }
     Ok(match jacobian.iter().position(|d| !d.is_finite()) {
         // Column by column; a position exists, so m is not 0.
-        Some(at) => Err(EvaluationError(format!(
+        Some(at) => Err(EvaluationError::new(format!(
             "derivative of residual {} by parameter {} is {}",
             at % m,
             at / m,

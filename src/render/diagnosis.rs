@@ -9,6 +9,7 @@ use crate::description::raw::RawAmount;
 use crate::diagnosis::{
     Autocorrelation, CauseParameter, Curve, EffectAtSite, Excluded, FewAngles, Level, Stability, Verdict,
 };
+use crate::model::Family;
 use crate::results::{Cause, Diagnosis, Location, NextPose, NoiseFrom, Refitted, Rejected, ShownNoise, WeightSource};
 
 /// Most outliers listed.
@@ -113,7 +114,7 @@ pub fn finding(found: &Diagnosis) -> String {
                     "The error of all readings shrinks from {rms:.4} to {after:.4} mm without the outliers {unseen}"
                 ),
             };
-            let written = found.after_all.rms_of_robot.filter(|written| *written > (1.0 + NOTICED) * after);
+            let written = found.after_all.rms_of_robot.filter(|_| found.after_all.is_session_noticed());
             let written = written.map_or(String::new(), |written| {
                 format!(" Without what belongs to the session, as `--apply` writes it, {written:.4} mm are left of these readings.")
             });
@@ -132,7 +133,7 @@ fn is_of_one(a: &Cause, b: &Cause) -> bool {
 fn named(found: &Diagnosis, causes: &[Cause]) -> String {
     let count = found.outliers.len();
     match causes {
-        [cause] if cause.effect == "outliers" => {
+        [cause] if cause.family == Family::Gross => {
             format!("outliers ({count} reading{} excluded)", if count == 1 { "" } else { "s" })
         }
         [cause] => cause.claim.clone(),
@@ -155,12 +156,12 @@ fn short(cause: &Cause) -> String {
 
 /// A cause, `of_one` being those that are reported as one with it.
 fn cause(number: usize, cause: &Cause, of_one: &[Cause]) -> String {
-    let mut out = match cause.effect.as_str() {
-        "outliers" => format!("{number}. outliers at {}\n", cause.site),
+    let mut out = match cause.family {
+        Family::Gross => format!("{number}. outliers at {}\n", cause.site),
         _ => format!("{number}. {}\n", cause.claim),
     };
     let (before, after, less) = (cause.rms_before, cause.rms_after, less(cause.shrinkage, cause.shrinkage_ci95));
-    if cause.effect != "outliers" || cause.implies.is_empty() {
+    if cause.family != Family::Gross || cause.implies.is_empty() {
         // One of several joints may add nothing certain once the others are in.
         let is_part = cause.shrinkage_ci95[0].is_some_and(|low| low <= 0.0);
         let together = match of_one {
@@ -218,9 +219,6 @@ fn with_unit(value: f64, unit: &str) -> String {
     let value = if (1e-2..1e5).contains(&value.abs()) { format!("{value:+.3}") } else { format!("{value:+.4e}") };
     if unit == "1" { value } else { format!("{value} {unit}").trim_end().into() }
 }
-
-/// Share of an error from which a difference is worth a sentence.
-const NOTICED: f64 = 0.05;
 
 /// Share of an error that does not show in whole per cents.
 const UNSEEN: f64 = 0.005;

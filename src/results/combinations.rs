@@ -61,7 +61,7 @@ impl CombinedParameters {
                 let (unit, size) = unit(sum.kind);
                 let members = (0..kept.len()).filter(|&k| jacobian[(row, k)] != 0.0);
                 // The fewest of its members count: its own are hardly fewer.
-                let freedom = members.map(|k| kept[k].degrees_of_freedom).reduce(f64::min);
+                let freedom = members.filter_map(|k| kept[k].degrees_of_freedom).reduce(f64::min);
                 CombinedParameter {
                     name: name.clone(),
                     unit,

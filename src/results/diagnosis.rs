@@ -177,6 +177,16 @@ pub struct AfterAll {
     pub shrinkage_ci95: [Option<f64>; 2],
 }
 
+/// Share of an error from which a difference is worth a sentence.
+const NOTICED: f64 = 0.05;
+
+impl AfterAll {
+    /// Whether what belongs to the session is noticed in what the description leaves without it.
+    pub fn is_session_noticed(&self) -> bool {
+        self.rms_of_robot.is_some_and(|robot| robot > (1.0 + NOTICED) * self.rms)
+    }
+}
+
 /// A configuration at which rivals predict different readings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NextPose {

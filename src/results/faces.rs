@@ -46,7 +46,8 @@ fn unit_normal(found: &Calibration, columns: [usize; 3]) -> [(f64, Option<f64>);
     let covariance = across * covariance(found, columns) * across.transpose();
     // Its length is what no reading tells: a fit that holds one component knows all three of the direction.
     let is_known = columns.iter().any(|column| found.estimates[*column].identifiable());
-    let degrees = columns.map(|column| found.estimates[column].degrees_of_freedom).into_iter().fold(1.0, f64::max);
+    let known = columns.iter().filter_map(|&column| found.estimates[column].degrees_of_freedom);
+    let degrees = known.fold(1.0, f64::max);
     [0, 1, 2].map(|k| (unit[k], is_known.then(|| t95(degrees) * covariance[(k, k)].max(0.0).sqrt())))
 }
 

@@ -36,7 +36,8 @@ use page::{Page, embedded, inert, plain, safe};
 pub fn write(review: &Review, report: &mut Report) -> Result<String, Error> {
     let page = Page::new(&serde_json::to_value(&*report)?);
     let judged = if report.identify.as_ref().is_some_and(|found| found.is_checked()) { "check_" } else { "" };
-    let answer = page.render("answer.html", context! { judged });
+    let is_session_noticed = report.diagnose.after_all.is_session_noticed();
+    let answer = page.render("answer.html", context! { judged, is_session_noticed });
     let sections = sections::all(review, report, &page);
     let data = embedded(&Drawing {
         unit: "m",
