@@ -4,7 +4,7 @@ use super::evidence::{Evidence, Limits};
 use super::outlying::far_readings;
 use super::{
     amount, another_robot, approach, beyond, common_factor, constraints, deflections, instrument, midway, nearer,
-    numerics, other_joints, outlying, parameters, payload, placement, points, readings, sessions, springs,
+    numerics, other_joints, outlying, own_weight, parameters, payload, placement, points, readings, sessions, springs,
     stated_noise, torques, unfitted_springs,
 };
 use crate::description::campaign::Campaign;
@@ -88,6 +88,8 @@ checks! {
             "with the other column of each joint (commanded for recorded) calibration leaves as much",
         unfitted_springs::are_as_declared: [SpringsHeld]
             "with the springs that the description declares calibration leaves as much as without",
+        own_weight::as_declared: [Misread]
+            "with gravity in another direction, or masses or centres of the bodies exchanged, in another place or another unit, calibration leaves as much",
         payload::as_declared: [WrongUnits, Misread]
             "with the payload's mass or centre in another unit, its centre on the other side, or two payloads exchanged, calibration leaves as much",
         readings::describes_the_readings: [UnlikeDescription]

@@ -3,15 +3,13 @@
 
 use rayon::prelude::*;
 
-use super::again::Fall;
 use super::evidence::{Evidence, Limits};
+use super::meant::{AsDeclared, alike};
 use super::readings::AS_GOOD;
-use super::shown::{mm, number};
-use super::trial::drawn;
+use super::shown::number;
 use crate::description::campaign::Campaign;
 use crate::description::elastic::Payload;
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::{Calibration, Settings, calibrate};
 
 /// What may have been meant instead of the payloads as declared.
 #[derive(Debug, Clone, Copy)]
@@ -121,52 +119,23 @@ impl Meant {
     }
 }
 
-/// Steps within which a payload that is meant is fitted, begun at the description: wrong ones may take hundreds.
-const STEPS: usize = 15;
-/// Readings on which they are compared: several times the parameters of an arm with its springs.
-const READINGS: usize = 240;
-
 /// Where calibration leaves more than the noise, the same with the payload as it may be meant, on some of the configurations. It is named where
 /// nothing but noise is left, or a small part of the error: springs that are off leave much with any payload.
 pub(super) fn as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let (model, campaign) = (evidence.model, evidence.campaign);
-    let is_open = |found: &&Calibration| {
-        found.converged() && found.noise_ratio > limits.joints_fall && found.degrees_of_freedom >= limits.noise_freedom
-    };
-    let Some(found) = evidence.found.filter(is_open).filter(|_| !campaign.is_difference()) else { return Vec::new() };
     let all = Meant::all(campaign);
-    if campaign.sigma.is_none() || all.is_empty() {
+    let Some(declared) = (!all.is_empty()).then(|| AsDeclared::new(evidence, limits)).flatten() else {
         return Vec::new();
-    }
-    let chosen = drawn(campaign, &Limits { readings: READINGS, ..*limits });
-    let some = campaign.select(|index, reading| !found.holds_out(index) && chosen[reading.pose]);
-    let none = vec![false; some.readings.len()];
-    let left = |campaign: &Campaign, steps: Option<usize>| {
-        let settings = Settings {
-            only: Some(found.slots.clone()),
-            second_order: false,
-            max_iterations: steps,
-            ..Settings::default()
-        };
-        let again = calibrate(model, campaign, &none, &settings, &mut |_| {}).ok()?;
-        Some((again.converged(), again.after.fit.distance[1], again.noise_ratio))
     };
-    let Some((_, here, _)) = left(&some, Some(STEPS)) else { return Vec::new() };
-    let is_decisive = |(is_converged, there, ratio): &(bool, f64, f64)| {
-        let is_noise = *ratio <= limits.joints_fall && here >= limits.joints_fall * there;
-        *is_converged && (is_noise || here >= limits.fall * there)
-    };
-    let fitted = |meant: Meant| left(&meant.apply(&some), Some(STEPS)).filter(is_decisive);
+    let left = |meant: Meant| declared.decisive(model, &meant.apply(&declared.campaign));
     let mut tried: Vec<(Meant, f64)> =
-        all.into_par_iter().filter_map(|meant| fitted(meant).map(|(_, there, _)| (meant, there))).collect();
+        all.into_par_iter().filter_map(|meant| left(meant).map(|there| (meant, there))).collect();
     tried.sort_by(|a, b| a.1.total_cmp(&b.1));
     let Some(&(best, there)) = tried.first() else { return Vec::new() };
-    let alike = tried.iter().skip(1).filter(|(_, error)| *error <= AS_GOOD * there);
     let with = |meant: Meant| meant.with(campaign);
-    let others: String = alike
-        .map(|(meant, error)| format!("; or {} ({} mm): {}?", with(*meant), mm(*error), meant.question()))
-        .collect();
-    let fall = Fall { before: here, after: there };
+    let as_good = tried.iter().skip(1).filter(|(_, error)| *error <= AS_GOOD * there);
+    let others = alike(as_good.map(|(meant, error)| (with(*meant), *error, meant.question())));
+    let fall = declared.fall(there);
     let message = format!("{}: {}?{others}", fall.words(&with(best)), best.question());
     let remedy = "look at `mass` and `com` under `payloads:`, and at `units:`; weigh what the tool carried; or are springs that are held off by \
                   as much?";

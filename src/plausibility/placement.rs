@@ -1,8 +1,7 @@
-//! A base or tool that is not where the description says, a last joint that counts the other way with the markers near its axis, or gravity along another axis,
+//! A base or tool that is not where the description says, or a last joint that counts the other way with the markers near its axis,
 //! found by calibration: a few millimetres are less than tolerances allow registration to leave, and yet many times what a calibration
 //! with it leaves.
 
-use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::again::{Fall, again, fitted};
@@ -11,7 +10,7 @@ use super::hypothesis::Hypothesis;
 use super::readings::explained;
 use super::trial::drawn;
 use crate::description::campaign::{Campaign, NoiseOrigin};
-use crate::diagnostic::{Code, Diagnostic};
+use crate::diagnostic::Diagnostic;
 use crate::estimation::{Calibration, far_off};
 
 /// Where calibration leaves far more than the stated noise, the same with the last joint negated, else with base or tool estimated as well:
@@ -46,7 +45,7 @@ pub(super) fn as_placed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic>
     let unknowns = ways.iter().filter(|way| way.adds_unknowns());
     let tried: Vec<Hypothesis> = ways.iter().filter(is_sign).chain(unknowns).copied().collect();
     let named = tried.into_par_iter().find_map_first(decisive);
-    let Some(named) = named else { return gravity_elsewhere(evidence, limits, found).into_iter().collect() };
+    let Some(named) = named else { return Vec::new() };
     vec![explained(evidence, "calibration", Some(found.after.fit.distance[1]), &[named], &|_| None)]
 }
 
@@ -77,45 +76,4 @@ fn last_joint_reversed(evidence: &Evidence, limits: &Limits) -> Option<Diagnosti
     falls.then(|| {
         explained(evidence, "calibration", Some(both[0].after.fit.distance[1]), &[(vec![way], after)], &|_| None)
     })
-}
-
-/// Axes along which gravity may pull, base frame, and how they are written.
-const DIRECTIONS: [([f64; 3], &str); 6] = [
-    ([0.0, 0.0, 1.0], "[0, 0, 9.81]"),
-    ([0.0, 0.0, -1.0], "[0, 0, -9.81]"),
-    ([0.0, 1.0, 0.0], "[0, 9.81, 0]"),
-    ([0.0, -1.0, 0.0], "[0, -9.81, 0]"),
-    ([1.0, 0.0, 0.0], "[9.81, 0, 0]"),
-    ([-1.0, 0.0, 0.0], "[-9.81, 0, 0]"),
-];
-
-/// Gravity along another axis of the base, or against it, with which calibration leaves what noise can be: a robot that hangs or stands on a
-/// wall, or a sign.
-fn gravity_elsewhere(evidence: &Evidence, limits: &Limits, found: &Calibration) -> Option<Diagnostic> {
-    let [_, most] = limits.noise;
-    let size = evidence.model.structure.gravity.norm();
-    if size == 0.0 {
-        return None;
-    }
-    let left = |axis: [f64; 3]| {
-        let mut model = evidence.model.clone();
-        model.structure.gravity = size * Vector3::from(axis);
-        let again = again(&model, evidence.campaign, found)?;
-        let falls = again.noise_ratio <= most && again.noise_ratio * limits.fall <= found.noise_ratio;
-        // As above, an axis turned round explains nothing.
-        (falls && far_off(&model, &again).next().is_none()).then(|| Fall::between(found, &again))
-    };
-    // What the fit without the constants that were held explains by itself is no matter of gravity.
-    let unchanged = again(evidence.model, evidence.campaign, found);
-    if unchanged.is_some_and(|unchanged| unchanged.noise_ratio * limits.fall <= found.noise_ratio) {
-        return None;
-    }
-    let of = |(axis, written)| Some((written, left(axis)?));
-    let all: Vec<(&str, Fall)> = DIRECTIONS.into_par_iter().filter_map(of).collect();
-    let (written, fall) = all.into_iter().min_by(|a, b| a.1.after.total_cmp(&b.1.after))?;
-    let with = fall.words(&format!("`gravity` of the description along {written}"));
-    let message = format!("{with}: is its sign wrong, or does the robot hang or stand on a wall?");
-    let remedy =
-        format!("`gravity` is the acceleration in axes of the base: `gravity: {written}`, as of a robot so mounted");
-    Some(fall.put(Diagnostic::error(message).code(Code::Misread).remedy(remedy)))
 }
