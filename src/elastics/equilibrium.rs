@@ -54,6 +54,15 @@ pub struct PointLoad {
     pub force: Vector3<f64>,
     /// N.m.
     pub moment: Vector3<f64>,
+    /// Forces (N) at other points of the same body, and where these are with nothing deflected (m, base frame): they turn with it.
+    pub elsewhere: [(Vector3<f64>, Vector3<f64>); 2],
+}
+
+impl PointLoad {
+    /// A force (N) and a moment (N.m) at a point (m, base frame) of a vertex's body.
+    pub fn at(vertex: VertexIndex, point: Vector3<f64>, force: Vector3<f64>, moment: Vector3<f64>) -> Self {
+        Self { vertex, point, force, moment, elsewhere: [(Vector3::zeros(), Vector3::zeros()); 2] }
+    }
 }
 
 /// Finds the equilibrium at the deflected pose under a load, with own weight if asked.
@@ -166,12 +175,24 @@ impl<'a> Pose<'a> {
         self.elastics.prepare_at(self.placements, Some(deflected), &mut self.statics)
     }
 
+    /// The whole load at the pose, spatial.
+    fn wrench(&self) -> Vector6<f64> {
+        let elsewhere = self.load.elsewhere.iter().filter(|(force, _)| *force != Vector3::zeros());
+        let elsewhere = elsewhere.map(|(force, point)| spatial(&self.carried(point), force, &Vector3::zeros()));
+        spatial(&self.loaded_point(), &self.load.force, &self.load.moment) + elsewhere.sum::<Vector6<f64>>()
+    }
+
     /// Where the loaded point is.
     fn loaded_point(&self) -> Vector3<f64> {
+        self.carried(&self.load.point)
+    }
+
+    /// Where a point (m, base frame, nothing deflected) of the loaded body is.
+    fn carried(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let deflected = Deflected { undeflected: &self.undeflected, turned: &self.turned };
         let at: Configuration =
             self.elastics.configuration(self.placements, &self.statics.points, &self.statics.local, Some(deflected));
-        at.carried(self.load.vertex, &self.load.point)
+        at.carried(self.load.vertex, point)
     }
 
     /// Iterations of statics and placing until nothing moves, and their number.
@@ -215,7 +236,7 @@ impl<'a> Pose<'a> {
     /// Deformations of the tree members under the loads at the pose.
     fn deformations(&mut self) -> Vec<Vector6<f64>> {
         self.response.evaluate(self.elastics, &mut self.statics);
-        let wrench = spatial(&self.loaded_point(), &self.load.force, &self.load.moment);
+        let wrench = self.wrench();
         let weight = &self.statics.weight;
         let own = |member: usize| if weight.active { weight.strains[member] } else { Vector6::zeros() };
         let strains = self.response.strains.iter().enumerate();

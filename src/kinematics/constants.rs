@@ -106,6 +106,19 @@ impl<'m> Constants<'m> {
         self.values[frame.moving_slot()] - frame.home
     }
 
+    /// What zeros add to a joint, its own and those that mechanical couplings pass on to it: the controller, which adds up what it
+    /// commands, does not know of them.
+    fn passed_on(&self, frame: FrameIndex) -> f64 {
+        let upstream = match self.model.frames[frame].motion {
+            Motion::Coupling(which) if !self.model.coupled_by_controller[which] => {
+                let terms = self.model.couplings[which].iter();
+                terms.map(|(factor, other)| factor * self.passed_on(*other)).sum()
+            }
+            _ => 0.0,
+        };
+        upstream + self.zero(frame)
+    }
+
     /// Joints that have a variable of their own.
     pub fn direct_joints(&self, q: &[f64], joints: &mut Vec<f64>) {
         joints.clear();
@@ -128,7 +141,13 @@ impl<'m> Constants<'m> {
                 joints[actuator.joint] = angle + self.zero(actuator.joint);
             }
             Stage::Coupling(which, joint) => {
-                let sum: f64 = self.model.couplings[*which].iter().map(|(factor, other)| factor * joints[*other]).sum();
+                let is_of_controller = self.model.coupled_by_controller[*which];
+                let followed = |other: FrameIndex| match is_of_controller {
+                    true => joints[other] - self.passed_on(other),
+                    false => joints[other],
+                };
+                let terms = self.model.couplings[*which].iter();
+                let sum: f64 = terms.map(|(factor, other)| factor * followed(*other)).sum();
                 joints[*joint] = sum + self.zero(*joint);
             }
             Stage::Loops(_) => {}

@@ -167,6 +167,11 @@ impl Rates {
                         self.rates[joint * n + driver] =
                             terms.iter().map(|(factor, other)| factor * self.rates[other * n + driver]).sum();
                     }
+                    if model.coupled_by_controller[*which] {
+                        for &(factor, other) in &model.couplings[*which] {
+                            self.take_zeros(model, *joint, other, factor);
+                        }
+                    }
                     self.set(*joint, model.frames[*joint].moving_slot(), 1.0);
                 }
                 Stage::Loops(_) => {
@@ -174,6 +179,22 @@ impl Rates {
                         self.close(closed, geometry, placements);
                     }
                 }
+            }
+        }
+    }
+
+    /// Takes out of a joint what the zeros of another, times a factor, would pass on to it.
+    fn take_zeros(&mut self, model: &Model, joint: FrameIndex, other: FrameIndex, factor: f64) {
+        let frame = &model.frames[other];
+        let n = self.drivers();
+        if let Some(driver) = self.driver(frame.moving_slot()).filter(|_| frame.motion != Motion::Passive) {
+            self.rates[joint * n + driver] -= factor;
+        }
+        if let Motion::Coupling(which) = frame.motion
+            && !model.coupled_by_controller[which]
+        {
+            for &(own, further) in &model.couplings[which] {
+                self.take_zeros(model, joint, further, factor * own);
             }
         }
     }

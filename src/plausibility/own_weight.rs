@@ -9,7 +9,7 @@ use super::meant::{AsDeclared, alike};
 use super::readings::AS_GOOD;
 use super::shown::number;
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::row_sigmas;
+use crate::estimation::{far_off, row_sigmas};
 use crate::math::{least_squares, orthonormal, project_off};
 use crate::model::Model;
 use crate::prediction::{Linearised, Predictor};
@@ -198,6 +198,9 @@ fn tilted(model: &Model, declared: &AsDeclared) -> Option<Meant> {
         };
         let columns = DMatrix::from_columns(&[column(&sides[0])?, column(&sides[1])?]);
         let by = least_squares(&columns, &-&here);
+        if std::env::var("DBG").is_ok() {
+            eprintln!("tilt {step} {} {} {by}", here.norm(), (&here + &columns * &by).norm());
+        }
         if step == 0 && (&here + &columns * &by).norm() > (1.0 - LOWERED) * here.norm() {
             return None;
         }
@@ -230,7 +233,27 @@ fn otherwise(model: &Model, declared: &AsDeclared) -> Option<Diagnostic> {
     let mut all: Vec<(Meant, f64)> = Meant::all(model).into_par_iter().filter_map(left).collect();
     all.sort_by(|a, b| a.1.total_cmp(&b.1));
     let tilted = tilted(model, declared);
-    let chosen: Vec<Meant> = tilted.into_iter().chain(all.into_iter().take(FITTED).map(|(meant, _)| meant)).collect();
+    // Gravity turned round bends so much that what is fitted with it as declared is no start.
+    let axes = Meant::all(model).into_iter().filter(|meant| matches!(meant, Meant::Gravity(_)));
+    all.retain(|(meant, _)| !matches!(meant, Meant::Gravity(_)));
+    let others = all.into_iter().take(FITTED).map(|(meant, _)| meant);
+    let chosen: Vec<Meant> = tilted.into_iter().chain(axes).chain(others).collect();
+    if std::env::var("DBG").is_ok() {
+        eprintln!("{tilted:?} {chosen:?}");
+        for m in &chosen {
+            let a = declared.fitted(&m.of(model), &declared.campaign);
+            eprintln!(
+                "{m:?} {:?}",
+                a.map(|a| (
+                    a.converged(),
+                    a.iterations,
+                    a.noise_ratio,
+                    a.after.fit.distance[1],
+                    far_off(model, &a).count()
+                ))
+            );
+        }
+    }
     let fitted = |meant: Meant| Some((meant, declared.decisive(&meant.of(model), &declared.campaign)?));
     let mut tried: Vec<(Meant, f64)> = chosen.into_par_iter().filter_map(fitted).collect();
     tried.sort_by(|a, b| a.1.total_cmp(&b.1));

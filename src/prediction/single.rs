@@ -194,9 +194,10 @@ impl<'a> SinglePredictor<'a> {
 
     /// A wrench on the point of a reading, as the equilibrium at the deflected pose takes it.
     fn load(&self, index: usize, wrench: &[f64; 6], state: &State) -> PointLoad {
-        let LoadedPoint { at, position, force, moment, .. } = self.point(index, wrench, state);
-        let vertex = self.geometry().model.structure.carrier(at.frame, &at.point);
-        PointLoad { vertex, point: position, force, moment }
+        let loaded = self.point(index, wrench, state);
+        let vertex = self.geometry().model.structure.carrier(loaded.at.frame, &loaded.at.point);
+        let (force, moment) = loaded.here();
+        PointLoad { elsewhere: loaded.elsewhere(), ..PointLoad::at(vertex, loaded.position, force, moment) }
     }
 
     /// How far (m) the linear deflection of a reading is off that of the equilibrium at the deflected pose, at the placed

@@ -93,6 +93,17 @@ impl LoadedPoint {
     fn wrench(&self) -> Vector6<f64> {
         spatial(&self.position, &self.force, &self.moment)
     }
+
+    /// Force (N) and moment (N.m) that act at the point itself, and not elsewhere on its body.
+    pub fn here(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let carried = self.carried.iter();
+        carried.fold((self.force, self.moment), |(force, moment), (own, arm)| (force - own, moment - arm.cross(own)))
+    }
+
+    /// Forces (N) that act elsewhere on its body, and where (m, base frame, nothing deflected).
+    pub fn elsewhere(&self) -> [(Vector3<f64>, Vector3<f64>); 2] {
+        self.carried.map(|(force, arm)| (force, self.position + arm))
+    }
 }
 
 /// A measured point: a marker (none: the tool centre point), as it is mounted in a session.

@@ -88,3 +88,35 @@ fn rules_have_no_equilibrium_of_their_own() {
     let ran = run(folder.path(), &[&compensate[..], &["--equilibrium"]].concat());
     assert!(ran.status == 2 && ran.err.contains("linear in the load"), "{}", ran.err);
 }
+
+/// A bar on a torsional spring k, pulled at its end by F: it turns by t with k t = 0.5 F cos(q + t), and so does every marker of it, beside
+/// the bar or not; a marker's lever is that of the deflected body.
+#[test]
+fn a_force_elsewhere_on_the_body_turns_with_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let robot = "units: {length: mm, angle: deg, rotational_stiffness: N.m/rad}
+variables: [q1]
+gravity: [0, 0, 0]
+frames: {1: {antecedent: 0, joint: revolute, variable: q1}}
+tool: {frame: 1, at: [500, 0, 0]}
+markers: {m: {frame: 1, at: [500, 300, 0]}}
+joint_stiffness: {1: {kar: {value: 10000}}}
+";
+    std::fs::write(folder.path().join("bar.yaml"), robot).expect("written");
+    std::fs::write(folder.path().join("path.csv"), "q1,fy,load_point,marker\n0,1000,TCP,m\n").expect("written");
+    let turn = |q: f64| (0..60).fold(0.0, |t: f64, _| 0.05 * (q + t).cos());
+    let arguments = ["pose", "bar.yaml", "--joints", "q1=0", "--weight", "--equilibrium", "--wrench=0,1000,0,0,0,0"];
+    let found = printed_json(folder.path(), &arguments);
+    for of in ["tool", "marker m"] {
+        let turned = number(&found["deflection"][of][5]);
+        assert!((turned - turn(0.0)).abs() < 1e-9, "{of} {turned}");
+    }
+    let [sin, cos] = [turn(0.0).sin(), turn(0.0).cos()];
+    let at = |k: usize| number(&found["markers"]["m"][k]);
+    assert!((at(0) - 0.5 * cos + 0.3 * sin).abs() < 1e-9 && (at(1) - 0.5 * sin - 0.3 * cos).abs() < 1e-9, "{found}");
+    let arguments = ["compensate", "bar.yaml", "path.csv", "--nominal", "bar.yaml", "--equilibrium", "--hold", "y"];
+    let found = printed_json(folder.path(), &arguments);
+    let q = number(&found["points"][0]["joints"]["q1"]);
+    let all = q + turn(q);
+    assert!((0.5 * all.sin() + 0.3 * all.cos() - 0.3).abs() < 1e-8, "{found}");
+}

@@ -22,7 +22,7 @@ fn found(
     let point = (at.frames[frame] * Point3::from(local)).coords;
     let vertex = model.structure.carrier(frame, &local);
     let (force, moment) = (Vector3::from_column_slice(&load[..3]), Vector3::from_column_slice(&load[3..]));
-    equilibrium(&elastics, &at, &PointLoad { vertex, point, force, moment }, weight)
+    equilibrium(&elastics, &at, &PointLoad::at(vertex, point, force, moment), weight)
 }
 
 /// EI = 1e4 in both planes, 2 m long, all but unstretchable.

@@ -5,7 +5,8 @@ use elastogeo::model::Model;
 use serde_json::Value;
 
 use super::cli::run;
-use super::support::{bundled, model_of};
+use super::derivatives::columns_agree;
+use super::support::{bundled, model_of, number, printed_json};
 
 /// The parallelogram starter, in `pg`.
 fn starter() -> tempfile::TempDir {
@@ -510,6 +511,45 @@ couplings: [k = -1 * 2]
 tool: {frame: 4, at: [0, 50, 100]}
 effects: []
 ";
+
+/// A zero of joint 2 moves joint 2 alone where the controller couples joint k, as its gear does; with rods both turn. By a zero that is
+/// declared, by an effect, and in the derivatives.
+#[test]
+fn zeros_pass_on_by_mechanisms_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let tool = |text: &str| {
+        std::fs::write(folder.path().join("arm.yaml"), text).expect("written");
+        let pose = ["pose", "arm.yaml", "--joints", "q2=30,q3=0"];
+        let found = printed_json(folder.path(), &pose);
+        [0, 1].map(|k| number(&found["tool"][k][3]))
+    };
+    let arm = |coupled: &str, zero: &str, effects: &str| {
+        format!(
+            "units: {{length: mm, angle: deg}}
+variables: [q2, q3]
+frames:
+  2: {{antecedent: 0, joint: revolute, variable: q2{zero}}}
+  k: {{antecedent: 2, joint: revolute, d: 500}}
+  3: {{antecedent: k, joint: revolute, variable: q3}}
+couplings: [\"k = -1 * 2{coupled}\"]
+tool: {{frame: 3, at: [400, 0, 0]}}
+{effects}"
+        )
+    };
+    let shift = 1_f64.to_radians();
+    let effect = format!("effects: [{{effect: joint-offset, site: 'joint:2', parameters: {{2.theta: {shift}}}}}]");
+    let at = |k: f64| {
+        let [two, all] = [31.0_f64, 31.0 + k].map(f64::to_radians);
+        [0.5 * two.cos() + 0.4 * all.cos(), 0.5 * two.sin() + 0.4 * all.sin()]
+    };
+    for (coupled, k) in [(" (controller)", -30.0), ("", -31.0)] {
+        for text in [arm(coupled, ", offset: 1", ""), arm(coupled, "", &effect)] {
+            let (found, expected) = (tool(&text), at(k));
+            assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 1e-9), "{text}{found:?} {expected:?}");
+        }
+        assert!(columns_agree(&model_of(&arm(coupled, ", offset: 1", "")), &[0.5, -0.2]));
+    }
+}
 
 /// With rods an error of joint 2 turns joint k back as well, which is another angle of `q2`; where the controller couples them the link beyond
 /// turns with joint 2, which is another angle of `q3` in addition.

@@ -100,7 +100,7 @@ fn a_hanging_arm_described_as_standing_is_doubted() {
     assert!(right.status == 0 && at.join("right.yaml").exists(), "{}{}", right.out, right.err);
     let arguments = ["diagnose", "h", "--robot", "arm.yaml", "--apply", "wrong.yaml"];
     let ran = run(at, &arguments);
-    let named = ran.err.contains("with `gravity` of the description along [0, 0, 9.81]");
+    let named = ran.err.contains("with `gravity: [0, 0, 9.81]` (180 deg from that of the description)");
     assert!(ran.status == 2 && named && !at.join("wrong.yaml").exists(), "{}{}", ran.out, ran.err);
     // Springs that compete as causes are held at what is declared, which leaves much with gravity either way; they end at their bounds.
     let held = std::fs::read_to_string(&campaign).expect("text").replace(", joint-compliance]", "]");
@@ -108,6 +108,33 @@ fn a_hanging_arm_described_as_standing_is_doubted() {
     let ran = run(at, &arguments);
     assert!(ran.out.contains("DOUBTFUL (implausible)") && ran.out.contains("comes out rigid"), "{}", ran.out);
     assert!(ran.status == 1 && !at.join("wrong.yaml").exists(), "{}", ran.out);
+}
+
+/// Weights that are not those of the robot are named, with the noise stated and not: springs take up part of them, and the rest was
+/// saved.
+#[test]
+fn weights_that_are_not_the_robots_are_named() {
+    let folder = loaded(&[]);
+    let at = folder.path();
+    write_arm(at, "sloping.yaml", &[("[0, 0, -9.81]", "[2.54, 0, -9.476]")]);
+    write_arm(at, "other.yaml", &[("2: {mass: 90,", "2: {mass: 30,"), ("4: {mass: 30,", "4: {mass: 90,")]);
+    let errors = ["--errors", "1", "--elastic-errors", "1", "--unknown-base", "--unknown-tool", "--noise", "0.03"];
+    let named = |robot: &str, message: &str| {
+        ok(&run(at, &[&["simulate", robot, "--poses", "60", "--seed", "4", "--into", "w"], &errors[..]].concat()));
+        let text = std::fs::read_to_string(at.join("w/campaign.yaml")).expect("text");
+        let lines = text.lines().filter(|line| !line.starts_with("calibrate") && !line.starts_with("- "));
+        let fitted = "calibrate: [geometry, joint-offset, joint-compliance]\n";
+        let text = lines.collect::<Vec<_>>().join("\n") + "\n" + fitted;
+        std::fs::write(at.join("w/campaign.yaml"), text).expect("written");
+        let ran = run(at, &["identify", "w", "--robot", "arm.yaml", "--save", "wrong.yaml"]);
+        assert!(ran.status == 2 && ran.err.contains(message), "{}{}", ran.out, ran.err);
+        assert!(!at.join("wrong.yaml").exists());
+        ok(&run(at, &["identify", "w", "--robot", robot, "--save", "right.yaml"]));
+        std::fs::remove_dir_all(at.join("w")).expect("removed");
+        std::fs::remove_file(at.join("right.yaml")).expect("removed");
+    };
+    named("sloping.yaml", "(15 deg from that of the description) the error of calibration falls from");
+    named("other.yaml", "with the masses of bodies `2` and `4` exchanged the error of calibration falls from");
 }
 
 /// Torques are judged by their own noise.

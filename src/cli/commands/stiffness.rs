@@ -47,7 +47,7 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let (force, moment) = (Vector3::new(w[0], w[1], w[2]), Vector3::new(w[3], w[4], w[5]));
     let loaded_by = spatial(&point, &force, &moment);
     let (displacement, rotation, load_factor) = if command.equilibrium {
-        let load = PointLoad { vertex, point, force, moment };
+        let load = PointLoad::at(vertex, point, force, moment);
         let found = equilibrium(&elastics, &placements, &load, command.weight)?;
         (found.displacement, found.rotation, Some(found.load_factor))
     } else {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::description::coupling::parse_coupling;
+use crate::description::coupling::{is_of_controller, parse_coupling};
 use crate::description::raw::{JointKind, RawFrame, RawRobot};
 use crate::diagnostic::Diagnostic;
 
@@ -22,14 +22,19 @@ pub(super) fn followers<'a>(robot: &'a RawRobot, diagnostics: &mut Vec<Diagnosti
     let mut followers = HashMap::new();
     for (name, frame) in robot.frames.iter().filter(|(_, frame)| moves(frame)) {
         let sign = direction(frame);
+        let mut is_commanded = false;
         // q = factor * q of `at` + constant, the master's own zero included.
         let (mut factor, mut constant, mut at) = (1.0, offset(robot, frame), name.as_str());
-        while let Some((&(master, share), next)) =
+        while let Some((&(master, share, is_of_controller), next)) =
             single.get(at).and_then(|term| Some((term, robot.frames.get(term.0)?)))
         {
             let units = robot.frames.get(at).map_or(1.0, |frame| joint_unit(robot, frame)) / joint_unit(robot, next);
             factor *= share * units;
-            constant += factor * offset(robot, next);
+            // What the controller adds up are its commands, without any zero.
+            is_commanded |= is_of_controller;
+            if !is_commanded {
+                constant += factor * offset(robot, next);
+            }
             at = master;
         }
         let master = robot.frames.get(at).filter(|_| at != name);
@@ -39,14 +44,14 @@ pub(super) fn followers<'a>(robot: &'a RawRobot, diagnostics: &mut Vec<Diagnosti
     followers
 }
 
-/// The couplings of one term: the joint that follows, the joint it follows and the factor.
-fn single_terms<'a>(robot: &'a RawRobot, diagnostics: &mut Vec<Diagnostic>) -> HashMap<&'a str, (&'a str, f64)> {
+/// The couplings of one term: the joint that follows, the joint it follows, the factor, and whether it is the controller's.
+fn single_terms<'a>(robot: &'a RawRobot, diagnostics: &mut Vec<Diagnostic>) -> HashMap<&'a str, (&'a str, f64, bool)> {
     let mut single = HashMap::new();
     for coupling in &robot.couplings {
         let Ok((name, terms)) = parse_coupling(coupling) else { continue };
         match terms.as_slice() {
             &[(factor, master)] => {
-                single.insert(name, (master, factor));
+                single.insert(name, (master, factor, is_of_controller(coupling)));
             }
             _ => {
                 let message = format!("the joint `{name}` follows several others (`{coupling}`): a URDF cannot say so");

@@ -3,6 +3,25 @@
 use super::scale::{TIME, is_held, stiffness};
 use super::writer::{Writer, escaped};
 use crate::description::raw::Meet;
+use crate::description::robot::{Coupling, FrameIndex, Motion, Robot};
+
+/// What the zeros of the joints that a coupling follows would add to it and do not, since the controller adds up what it commands.
+fn commanded_zeros(robot: &Robot, coupling: &Coupling) -> f64 {
+    fn passed_on(robot: &Robot, frame: FrameIndex) -> f64 {
+        let own = &robot.frames[frame];
+        let upstream = match own.motion {
+            Motion::Coupling(which) if !robot.couplings[which].is_of_controller => {
+                robot.couplings[which].terms.iter().map(|(factor, other)| factor * passed_on(robot, *other)).sum()
+            }
+            _ => 0.0,
+        };
+        upstream + own.offset
+    }
+    match coupling.is_of_controller {
+        true => coupling.terms.iter().map(|(factor, other)| factor * passed_on(robot, *other)).sum(),
+        false => 0.0,
+    }
+}
 
 impl Writer<'_> {
     /// Loops and couplings.
@@ -19,14 +38,15 @@ impl Writer<'_> {
         }
         for coupling in &robot.couplings {
             let follower = self.name(coupling.joint);
+            let zero = robot.frames[coupling.joint].offset - commanded_zeros(robot, coupling) + 0.0;
             if let [(factor, followed)] = coupling.terms[..] {
                 let followed = self.name(followed);
                 self.line(
                     2,
-                    format!("<joint joint1=\"{follower}\" joint2=\"{followed}\" polycoef=\"0 {factor} 0 0 0\"/>"),
+                    format!("<joint joint1=\"{follower}\" joint2=\"{followed}\" polycoef=\"{zero} {factor} 0 0 0\"/>"),
                 );
             } else {
-                self.line(2, format!("<tendon tendon1=\"{follower}.coupling\" polycoef=\"0 0 0 0 0\"/>"));
+                self.line(2, format!("<tendon tendon1=\"{follower}.coupling\" polycoef=\"{zero} 0 0 0 0\"/>"));
             }
         }
         self.line(1, "</equality>");
