@@ -74,6 +74,8 @@ pub(super) fn read(asked: &Asked, files: Vec<(String, Box<dyn Read>)>) -> Result
     // How the file of the joints is written is seen from itself.
     let of_joints = Dialect { is_shared: true, of_campaign: true, ..Dialect::default() };
     let (joints, mut readings) = split(orientation.expected(asked.expected.clone()), asked, files.len() > 1);
+    let needed = readings.iter().filter(|column| column.required);
+    let of_readings: Vec<String> = needed.map(|column| column.name.clone()).collect();
     let of_marker = measured(asked);
     if !entry.markers.is_empty() {
         readings = widened(readings, &entry.markers, &of_marker);
@@ -91,7 +93,8 @@ pub(super) fn read(asked: &Asked, files: Vec<(String, Box<dyn Read>)>) -> Result
     }
     let mut tables = tables.into_iter();
     let Some(mut table) = tables.next().filter(|_| faults.is_empty()) else { return Err(faults) };
-    if let Some(joints) = tables.next() {
+    if let Some(mut joints) = tables.next() {
+        joints.leave_out(&of_readings, table.file());
         table = table.with_joints(joints, entry.join)?;
     }
     if !entry.markers.is_empty() {
@@ -101,13 +104,15 @@ pub(super) fn read(asked: &Asked, files: Vec<(String, Box<dyn Read>)>) -> Result
     Ok(table)
 }
 
-/// The columns of a file of joints, and those of the readings: what is required stands in one of them, all else in either.
+/// The columns of a file of joints, and those of the readings: what is required stands in one of them, all else in either. A file of
+/// joints may have the place that the controller shows in the columns of the readings as well.
 fn split(expected: Vec<ExpectedColumn>, asked: &Asked, has_joints: bool) -> (Vec<ExpectedColumn>, Vec<ExpectedColumn>) {
     if !has_joints {
         return (Vec::new(), expected);
     }
     let is_joint = |column: &ExpectedColumn| is_joint(column, asked);
-    let joints = expected.iter().filter(|column| is_joint(column) || !column.required).cloned().collect();
+    let in_joints = |column: &ExpectedColumn| column.clone().required_if(is_joint(column));
+    let joints = expected.iter().map(in_joints).collect();
     let readings = expected.iter().filter(|column| !is_joint(column)).cloned().collect();
     (joints, readings)
 }

@@ -160,6 +160,10 @@ fn add_links(imported: &mut Imported, raw: &mut RawRobot) {
     names(&serde_json::to_value(&*raw).unwrap_or_default(), &mut named);
     let links = std::mem::take(&mut imported.link_frames).into_iter();
     for (name, frame) in links.filter(|(name, _)| named.contains(name)) {
+        // A joint has the name.
+        if imported.robot.frames.contains_key(&name) {
+            continue;
+        }
         let given = raw.frames.contains_key(&name);
         if !given {
             let symbols = ["beta", "alpha", "d", "r"].map(|symbol| format!("{name}.{symbol}"));

@@ -91,6 +91,10 @@ impl Builder<'_> {
                 self.faults.push(Fault::new(&["beams", &beam.name], diagnostic));
                 continue;
             }
+            if let Some(fault) = self.drawn_in(beam, [first, last], length) {
+                self.faults.push(fault);
+                continue;
+            }
             let normal = self.normal(beam.normal, [first, last].map(|end| self.structure.at_home(end)));
             let parts = beam.elements.max(1);
             let points = beam.nodes.map(|node| self.node(node));
@@ -116,6 +120,32 @@ impl Builder<'_> {
                 previous = next;
             }
         }
+    }
+
+    /// Of a boom that slides: limits of its joint within which nothing of it is out of its sleeve. Its length (m) is that with the slide in
+    /// the middle of them.
+    fn drawn_in(&self, beam: &elastic::Beam, ends: [VertexIndex; 2], length: f64) -> Option<Fault> {
+        let nodes = beam.nodes.map(|node| &self.robot.elastic.nodes[node]);
+        let own = self.root(nodes[0].body);
+        let frame = &self.robot.frames[own];
+        let [low, high] = frame.limits.filter(|limits| limits.iter().all(|limit| limit.is_finite()))?;
+        let moves = nodes.map(|node| self.root(node.at) == own);
+        if frame.joint != JointKind::Prismatic || moves[0] == moves[1] {
+            return None;
+        }
+        let along = (self.structure.at_home(ends[1]) - self.structure.at_home(ends[0])) / length;
+        let rate = (self.structure.home[own] * Vector3::z()).dot(&along) * if moves[1] { 1.0 } else { -1.0 };
+        let at = if rate > 0.0 { low } else { high };
+        let least = length + rate * (at - 0.5 * (low + high));
+        if least > 0.0 {
+            return None;
+        }
+        let message = format!(
+            "beam `{}` is drawn into its sleeve within the limits of joint `{}`: at {:.4} m it is {least:.4} m long",
+            beam.name, frame.name, at
+        );
+        let remedy = format!("narrow `limits` of frame `{}`, or look at where the sleeve ends", frame.name);
+        Some(Fault::new(&["beams", &beam.name], Diagnostic::error(message).remedy(remedy)))
     }
 
     /// The vertex that an end of a beam holds: its node's, or one of its own where it is released from that.

@@ -9,7 +9,7 @@ use super::meant::{AsDeclared, alike};
 use super::readings::AS_GOOD;
 use super::shown::number;
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::{far_off, row_sigmas};
+use crate::estimation::{RegistrationSettings, registered, row_sigmas};
 use crate::math::{least_squares, orthonormal, project_off};
 use crate::model::Model;
 use crate::prediction::{Linearised, Predictor};
@@ -145,7 +145,8 @@ fn written(gravity: &Vector3<f64>) -> String {
     format!("[{}, {}, {}]", component(0), component(1), component(2))
 }
 
-/// Readings in standard deviations to first order about a calibration, without what its parameters can take up.
+/// Readings in standard deviations to first order about the registered description, without what the parameters of a calibration can take
+/// up: with wrong weights the calibration itself may have run far off.
 struct FirstOrder<'a> {
     declared: &'a AsDeclared<'a>,
     sigmas: DVector<f64>,
@@ -179,9 +180,9 @@ const TILT: f64 = 0.02;
 const LOWERED: f64 = 0.1;
 
 /// The direction of gravity that leaves least, by two Gauss-Newton steps on the sphere, the springs fitted anew between them.
-fn tilted(model: &Model, declared: &AsDeclared) -> Option<Meant> {
+fn tilted(model: &Model, declared: &AsDeclared, start: &[f64]) -> Option<Meant> {
     let mut own = model.clone();
-    let mut values = declared.found.values.clone();
+    let mut values = start.to_vec();
     let size = own.structure.gravity.norm();
     for step in 0..2 {
         let gravity = own.structure.gravity;
@@ -198,9 +199,6 @@ fn tilted(model: &Model, declared: &AsDeclared) -> Option<Meant> {
         };
         let columns = DMatrix::from_columns(&[column(&sides[0])?, column(&sides[1])?]);
         let by = least_squares(&columns, &-&here);
-        if std::env::var("DBG").is_ok() {
-            eprintln!("tilt {step} {} {} {by}", here.norm(), (&here + &columns * &by).norm());
-        }
         if step == 0 && (&here + &columns * &by).norm() > (1.0 - LOWERED) * here.norm() {
             return None;
         }
@@ -223,37 +221,23 @@ pub(super) fn as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
 }
 
 fn otherwise(model: &Model, declared: &AsDeclared) -> Option<Diagnostic> {
-    let first = FirstOrder::new(model, declared, &declared.found.values)?;
-    let here = first.left(model, &declared.found.values)?.norm();
+    let registered = registered(model, &declared.campaign, &model.registry.nominal(), &RegistrationSettings::default());
+    let (start, _) = registered.ok()?;
+    let first = FirstOrder::new(model, declared, &start)?;
+    let here = first.left(model, &start)?.norm();
     let left = |meant: Meant| {
-        let (mut own, mut values) = (model.clone(), declared.found.values.clone());
+        let (mut own, mut values) = (model.clone(), start.clone());
         meant.apply(&mut own, &mut values);
         first.left(&own, &values).map(|left| (meant, left.norm())).filter(|(_, left)| *left < here)
     };
     let mut all: Vec<(Meant, f64)> = Meant::all(model).into_par_iter().filter_map(left).collect();
     all.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let tilted = tilted(model, declared);
-    // Gravity turned round bends so much that what is fitted with it as declared is no start.
+    let tilted = tilted(model, declared, &start);
+    // Gravity turned round bends too much for the first order.
     let axes = Meant::all(model).into_iter().filter(|meant| matches!(meant, Meant::Gravity(_)));
     all.retain(|(meant, _)| !matches!(meant, Meant::Gravity(_)));
     let others = all.into_iter().take(FITTED).map(|(meant, _)| meant);
     let chosen: Vec<Meant> = tilted.into_iter().chain(axes).chain(others).collect();
-    if std::env::var("DBG").is_ok() {
-        eprintln!("{tilted:?} {chosen:?}");
-        for m in &chosen {
-            let a = declared.fitted(&m.of(model), &declared.campaign);
-            eprintln!(
-                "{m:?} {:?}",
-                a.map(|a| (
-                    a.converged(),
-                    a.iterations,
-                    a.noise_ratio,
-                    a.after.fit.distance[1],
-                    far_off(model, &a).count()
-                ))
-            );
-        }
-    }
     let fitted = |meant: Meant| Some((meant, declared.decisive(&meant.of(model), &declared.campaign)?));
     let mut tried: Vec<(Meant, f64)> = chosen.into_par_iter().filter_map(fitted).collect();
     tried.sort_by(|a, b| a.1.total_cmp(&b.1));

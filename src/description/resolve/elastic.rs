@@ -22,6 +22,14 @@ pub fn validate(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) 
         }
         if let Some(at) = &node.at {
             diagnostics.known(&["nodes", name, "at"], "frame", at, names(frames));
+            if let Some((body, before)) = node.body.as_deref().and_then(|body| slides_in(raw, body, at)) {
+                let message = format!(
+                    "node `{name}` lies at `{at}`, which is no frame of body `{body}`, of the one before or of one that it carries"
+                );
+                let remedy =
+                    format!("give the frame of the body before, `{before}`, at which the boom leaves its sleeve");
+                diagnostics.reject(&["nodes", name, "at"], message, remedy);
+            }
         }
         diagnostics.vector(&["nodes", name, "point"], node.point, raw.units.length.factor());
     }
@@ -167,6 +175,17 @@ fn two_bodies<'r>(raw: &'r RawRobot, frames: &[String], beam: &'r RawBeam) -> Op
     let neighbours =
         ![from, to].iter().any(|name| raw.nodes.contains_key(*name)) && (carries(from, to) || carries(to, from));
     (rigid_root(raw, first) != rigid_root(raw, second) && !neighbours).then_some((first, second))
+}
+
+/// The frame of a body that slides, and that of the body before it, where `at` is a frame of neither and of none that it carries.
+fn slides_in<'r>(raw: &'r RawRobot, body: &'r str, at: &'r str) -> Option<(&'r str, &'r str)> {
+    let own = rigid_root(raw, body);
+    let of = |frame: &str| raw.frames.get(frame).and_then(|frame| frame.antecedent.as_deref());
+    let before = of(own).filter(|_| raw.frames.get(own).is_some_and(|own| own.joint == Some(JointKind::Prismatic)))?;
+    let there = rigid_root(raw, at);
+    let is_near =
+        there == own || there == rigid_root(raw, before) || of(there).is_some_and(|of| rigid_root(raw, of) == own);
+    (!is_near && raw.frames.contains_key(at)).then_some((own, before))
 }
 
 /// The frame that moves a body: fixed frames belong to the body of their antecedent.

@@ -43,6 +43,11 @@ impl ExpectedColumn {
     pub fn new(name: impl Into<String>, kind: ColumnKind, required: bool) -> Self {
         Self { name: name.into(), kind, required, or_none: false }
     }
+
+    /// The same, required where it was and this holds.
+    pub fn required_if(self, holds: bool) -> Self {
+        Self { required: self.required && holds, ..self }
+    }
 }
 
 /// The cells of a text column: for each row the number of its text among the different ones.

@@ -27,6 +27,22 @@ pub enum Join {
 }
 
 impl Table {
+    /// Leaves columns of this table of joints out that the file of the readings, `readings`, has to have: what a controller shows there is
+    /// no reading. It is noted.
+    pub fn leave_out(&mut self, columns: &[String], readings: &str) {
+        let both: Vec<&String> = columns.iter().filter(|name| self.fields.contains_key(*name)).collect();
+        let Some(first) = both.first() else { return };
+        let shown = both.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let message = format!("the joints are read from `{}`, without its columns {shown}", self.file);
+        let diagnostic = Diagnostic::warning(message).at(self.place(0, first));
+        self.notes.push(diagnostic.remedy(format!("nothing is to be done: what was measured stands in `{readings}`")));
+        for name in both {
+            self.numbers.remove(name);
+            self.texts.remove(name);
+            self.fields.remove(name);
+        }
+    }
+
     /// This table of readings with the columns of a table of joints; by names where both have a column `pose` and nothing
     /// else is asked.
     ///

@@ -1,7 +1,5 @@
 //! From a URDF to a robot description.
 
-use std::collections::HashSet;
-
 use indexmap::IndexMap;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
@@ -148,12 +146,11 @@ impl<'a> Builder<'_, 'a> {
         robot
     }
 
-    /// A fixed frame for each link that is read.
+    /// A fixed frame for each link that is read; one whose name a joint has that becomes a frame itself is not it.
     fn links(&self) -> IndexMap<String, RawFrame> {
-        let joints: HashSet<&str> = (0..self.survey.joints.len()).map(|joint| self.survey.joint(joint)).collect();
         let links = self.carriers.iter().enumerate();
         let links = links.filter_map(|(link, carrier)| Some((self.survey.link(link), carrier.as_ref()?)));
-        let links = links.filter(|(link, _)| *link != "0" && !joints.contains(link));
+        let links = links.filter(|(link, _)| *link != "0");
         links
             .map(|(link, (frame, pose))| (link.to_owned(), fixed(frame, khalil_kleinfinger(&pose.inverse()))))
             .collect()
