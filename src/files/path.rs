@@ -9,7 +9,7 @@ use super::robot::LoadedRobot;
 use super::schema_line::name_schema;
 use crate::description::path::{Path, expected_columns, read};
 use crate::description::process::{RawProcess, faults};
-use crate::description::table::{Dialect, Table, read_table};
+use crate::description::table::{Dialect, Orientation, Table, read_table};
 use crate::description::units::Units;
 use crate::description::yaml;
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
@@ -68,7 +68,23 @@ impl Reader {
     /// # Ok::<(), elastogeo::Error>(())
     /// ```
     pub fn path(&self, name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Diagnostics> {
-        Ok(read(&table(self, name, robot, &units, &[])?, &robot.robot, units)?)
+        self.path_as(name, robot, units, Orientation::default())
+    }
+
+    /// The same with orientations written otherwise than as rotation vectors.
+    ///
+    /// # Errors
+    /// Every fault found, located.
+    pub fn path_as(
+        &self,
+        name: &str,
+        robot: &LoadedRobot,
+        units: Units,
+        orientation: Orientation,
+    ) -> Result<Path, Diagnostics> {
+        let mut table = table(self, name, robot, &units, &[], orientation)?;
+        table.add_rotation_vectors(orientation, units.angle)?;
+        Ok(read(&table, &robot.robot, units)?)
     }
 
     /// Reads a path from the bytes of a table; `name` is what faults call it.
@@ -92,7 +108,7 @@ impl Reader {
             .filter(|name| robot.robot.variables.iter().all(|v| v.name != *name))
             .map(String::from)
             .collect();
-        match table(self, name, robot, &units, &ignored) {
+        match table(self, name, robot, &units, &ignored, Orientation::default()) {
             Ok(table) if robot.robot.variables.iter().all(|variable| table.has(&variable.name)) => {
                 Ok(read(&table, &robot.robot, units)?)
             }
@@ -144,9 +160,11 @@ fn table(
     robot: &LoadedRobot,
     units: &Units,
     ignored: &[String],
+    orientation: Orientation,
 ) -> Result<Table, Vec<Diagnostic>> {
     let place = found(name, "path.csv");
     let bytes = open(reader, &place).map_err(|diagnostic| or_bundled(vec![diagnostic], name))?;
-    let expected = expected_columns(&robot.robot, units);
-    read_table(&place.name(), bytes, &expected, &BTreeMap::new(), ignored, &Dialect::default(), MOST_POINTS)
+    let expected = orientation.expected(expected_columns(&robot.robot, units));
+    let dialect = Dialect { orientation, ..Dialect::default() };
+    read_table(&place.name(), bytes, &expected, &BTreeMap::new(), ignored, &dialect, MOST_POINTS)
 }

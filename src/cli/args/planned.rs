@@ -6,6 +6,7 @@ use clap::builder::{ArgPredicate, PossibleValue, PossibleValuesParser, TypedValu
 use clap::{Args, ValueEnum};
 
 use super::Reduction;
+use crate::description::table::{Orientation, QuaternionOrder};
 use crate::observation::{Kinds, Observes};
 use crate::planning::stiffest::Least;
 use crate::render::program::Moves;
@@ -222,6 +223,9 @@ pub struct Compensate {
     /// Units of the path where they are not the description's: `length=mm,angle=deg`.
     #[arg(long, value_name = "KIND=UNIT,..")]
     pub units: Option<String>,
+    /// How the path writes its orientations: by default as rx, ry, rz, rotation vectors.
+    #[arg(long, value_enum, default_value_t = OrientationName::RotationVector)]
+    pub orientation: OrientationName,
     /// Marker that should pass; the tool centre point by default.
     #[arg(long, value_name = "MARKER")]
     pub at: Option<String>,
@@ -313,6 +317,9 @@ pub struct Place {
     /// Units of the path where they are not the description's: `length=mm,angle=deg`.
     #[arg(long, value_name = "KIND=UNIT,..")]
     pub units: Option<String>,
+    /// How the path writes its orientations: by default as rx, ry, rz, rotation vectors.
+    #[arg(long, value_enum, default_value_t = OrientationName::RotationVector)]
+    pub orientation: OrientationName,
     /// Configuration from which the first point is sought, and whose orientation is kept where the path has none.
     #[arg(long, value_name = "A=..,B=..", allow_hyphen_values = true)]
     pub from: Option<String>,
@@ -335,4 +342,34 @@ pub enum FrameName {
     Base,
     /// That in which the calibrated base has its pose.
     Measurement,
+}
+
+/// How a path writes its orientations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum OrientationName {
+    /// Columns rx, ry, rz.
+    RotationVector,
+    /// Columns qx, qy, qz, qw, or q0 to q3 with the scalar last.
+    QuaternionXyzw,
+    /// The same, the scalar first.
+    QuaternionWxyz,
+    /// Columns A, B, C of a KUKA controller: about z, the new y, the new x.
+    KukaAbc,
+    /// Columns roll, pitch, yaw, about the fixed x, y, z.
+    RollPitchYaw,
+    /// Columns r11 to r33.
+    Matrix,
+}
+
+impl From<OrientationName> for Orientation {
+    fn from(name: OrientationName) -> Self {
+        match name {
+            OrientationName::RotationVector => Self::RotationVector,
+            OrientationName::QuaternionXyzw => Self::Quaternion(QuaternionOrder::Xyzw),
+            OrientationName::QuaternionWxyz => Self::Quaternion(QuaternionOrder::Wxyz),
+            OrientationName::KukaAbc => Self::KukaAbc,
+            OrientationName::RollPitchYaw => Self::RollPitchYaw,
+            OrientationName::Matrix => Self::Matrix,
+        }
+    }
 }

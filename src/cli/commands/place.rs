@@ -34,7 +34,7 @@ pub fn run(command: &PlaceOf, session: &Session) -> Result<Output, Error> {
     let units = units_with(own, command.units.as_deref())?;
     let wanted = wanted(command, &loaded, session)?;
     let from = command.from.as_deref().map(|text| joints(model, own, text)).transpose()?;
-    let path = session.reader.path(&command.path, &loaded, units)?;
+    let path = session.reader.path_as(&command.path, &loaded, units, command.orientation.into())?;
     if path.campaign.readings.iter().any(|reading| reading.marker.is_some()) {
         return Err(Error::input(
             "the path has a column `marker`, and what is placed is the tool centre point",

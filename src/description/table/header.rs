@@ -223,7 +223,11 @@ impl Header {
             let message = format!("the columns {} hold an orientation, and {declared}", names.join(", "));
             self.undeclared = names;
             let field = called.iter().position(|title| title == names[0]).map(|field| row.field(field));
-            self.faults.push(Diagnostic::error(message).at(field).remedy(format!("declare {declare}")));
+            let remedy = match layout.dialect.of_campaign {
+                true => format!("declare {declare}"),
+                false => by_option(declare),
+            };
+            self.faults.push(Diagnostic::error(message).at(field).remedy(remedy));
             used.iter_mut().zip(&called).for_each(|(used, title)| *used = names.contains(&title.as_str()));
         }
         let unclear = if undeclared.is_some() || clash { wanted } else { &[] };
@@ -403,6 +407,13 @@ fn declared_otherwise(name: &str, titles: &[String], layout: &Layout) -> Option<
         let markers = markers.join(", ");
         format!("where a row holds the readings of several markers, name these: `measurements: {{file: .., markers: [{markers}]}}`")
     })
+}
+
+/// What declares an orientation in a campaign, as the option of a command that reads a path.
+fn by_option(declare: &str) -> String {
+    let option =
+        declare.replace("{quaternion: ", "quaternion-").replace("}`", "`").replace("`orientation: ", "`--orientation ");
+    format!("say {option}, or convert it into rotation vectors rx, ry, rz")
 }
 
 /// The fault of a line that is no header, with the comment before it as the remedy where that names columns.

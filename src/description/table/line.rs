@@ -29,7 +29,8 @@ pub(super) fn delimiter(line: &[u8], declared: Option<char>, decimal: Option<cha
         });
         outside.count()
     };
-    let candidates = [b'\t', b';', b','].into_iter().filter(|&delimiter| Some(delimiter) != decimal);
+    // Of equally many commas and others the commas are decimal signs, of a line of numbers that begins with a name.
+    let candidates = [b',', b';', b'\t'].into_iter().filter(|&delimiter| Some(delimiter) != decimal);
     let most = candidates.max_by_key(|&delimiter| count(delimiter))?;
     let by_blanks = count(most) == 0 && titles(line, Delimiter::Blanks).len() > 1;
     Some(if by_blanks { Delimiter::Blanks } else { Delimiter::Byte(most) })

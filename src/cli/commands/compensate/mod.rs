@@ -45,7 +45,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     let Some(file) = &command.path else {
         return stream::run(&stream::Stream { command, session, loaded: &loaded, units, settings, from });
     };
-    let mut path = session.reader.path(file, &loaded, units)?;
+    let mut path = session.reader.path_as(file, &loaded, units, command.orientation.into())?;
     load(command, &loaded, &mut path)?;
     let mut diagnostics = loaded.diagnostics.clone();
     diagnostics.extend(as_stiff_as_arms(model, &Limits::default()));
