@@ -30,8 +30,9 @@ pub struct Explanation<'a> {
     pub claims: Vec<Claim>,
     /// [`super::settings::ClaimSettings::odds`].
     odds: [f64; 3],
-    /// How much wider the intervals of shrinkages are.
+    /// How much wider the interval of the whole shrinkage is, and those of single causes.
     promise: f64,
+    alone: f64,
 }
 
 impl<'a> Explanation<'a> {
@@ -48,7 +49,7 @@ impl<'a> Explanation<'a> {
         let odds = settings.claims.odds;
         let [explained, open] = settings.verdict.promise;
         let promise = if judgement.verdict == Verdict::Explained { explained } else { open };
-        let found = Self { competition, judgement, bootstrap, claims, odds, promise };
+        let found = Self { competition, judgement, bootstrap, claims, odds, promise, alone: explained };
         // Where the noise does not decide, and a fresh campaign may be no better with all causes, no more than their families is known.
         let is_decided = judgement.verdict == Verdict::Explained;
         let last = judgement.members().len();
@@ -62,7 +63,10 @@ impl<'a> Explanation<'a> {
     /// Shrinkage of the error from one step to a later one.
     pub fn shrinkage(&self, from: usize, to: usize) -> Shrinkage {
         let value = 1.0 - self.judgement.steps[to].left.rms / self.judgement.steps[from].left.rms;
-        Shrinkage { value, ci95: self.bootstrap.shrinkage(from, to, value, self.promise) }
+        // What stays open elsewhere is no part of what one cause takes away.
+        let is_whole = from == 0 && to == self.judgement.members().len();
+        let wider = if is_whole { self.promise } else { self.alone };
+        Shrinkage { value, ci95: self.bootstrap.shrinkage(from, to, value, wider) }
     }
 
     /// The causes with their fitted parameters by step. Those that are reported as one, whose claims follow one another, are one.

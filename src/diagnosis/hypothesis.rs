@@ -33,6 +33,31 @@ pub struct Hypothesis {
     pub is_positive: bool,
     /// Number of hypotheses of this effect at this site.
     pub variants: usize,
+    /// The compliance of its joint, where it changes that.
+    pub compliance: Option<JointCompliance>,
+}
+
+/// The compliance of a joint at the configurations of a campaign, m/N or rad/(N.m): a spring does not push against its load.
+#[derive(Clone)]
+pub struct JointCompliance {
+    /// The parameter that is the constant part.
+    pub slot: Slot,
+    /// The constant part; `None` where it is calibrated with every hypothesis.
+    pub constant: Option<f64>,
+    /// Configurations x parameters of the hypothesis: what one unit of each adds.
+    pub by_amount: DMatrix<f64>,
+}
+
+/// Share of the change of a compliance by which the sum may be below zero: what noise and a shape that is a little off leave. A judgement.
+const BELOW_ZERO: f64 = 0.1;
+
+impl JointCompliance {
+    /// Whether amounts make it negative somewhere in the campaign.
+    pub fn is_negative(&self, amounts: &DVector<f64>) -> bool {
+        let Some(constant) = self.constant else { return false };
+        let change = &self.by_amount * amounts;
+        change.min() + constant < -BELOW_ZERO * change.amax()
+    }
 }
 
 impl std::fmt::Debug for Hypothesis {
@@ -231,6 +256,7 @@ pub fn hypotheses(
                         columns: DMatrix::zeros(0, 0),
                         is_positive,
                         variants: candidates.len() * selections,
+                        compliance: None,
                     });
                 }
             }

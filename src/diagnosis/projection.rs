@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, JointCompliance};
 use super::linear_problem::LinearProblem;
 use crate::effects::SiteKind;
 use crate::math::linear::tr_mul;
@@ -154,7 +154,17 @@ impl<'a> Projection<'a> {
                 }
             };
             let variance = (residual.norm_squared() - squares).max(0.0) / self.freedom;
-            let is_plausible = self.is_plausible(h, directions, &amounts, (greatest, slope, of_shapes))
+            let has_compliance = |of: &JointCompliance| {
+                members.iter().any(|&member| self.problem.hypotheses[member].constants.contains(&of.slot))
+            };
+            let compliance = self.problem.hypotheses[h].compliance.as_ref();
+            let compliance = compliance.filter(|of| slope.is_finite() && !has_compliance(of));
+            let is_negative = compliance.is_some_and(|of| {
+                directions == self.problem.hypotheses[h].columns.ncols()
+                    && self.amounts(h, &amounts, of_shapes).is_some_and(|amounts| of.is_negative(&amounts))
+            });
+            let is_plausible = !is_negative
+                && self.is_plausible(h, directions, &amounts, (greatest, slope, of_shapes))
                 && self.is_of_all_joints(h, &amounts, &normal, variance);
             if is_plausible { Gain { squares, directions } } else { Gain::default() }
         };

@@ -41,11 +41,15 @@ fn in_order(inputs: &Inputs, competition: &Competition, members: &[usize], linea
     let start: Vec<(usize, Vec<FittedParameter>)> =
         laws.iter().enumerate().map(|(step, &law)| (law, of_laws.parameters(step))).collect();
     let found = calibrated(inputs, competition, &start, &[], linear.noise)?;
-    let held: Vec<(usize, Vec<FittedParameter>)> = laws.into_iter().zip(found.parameters).collect();
-    let free: Vec<(usize, Vec<FittedParameter>)> =
-        all.iter().filter(|(member, _)| curves.contains(member)).cloned().collect();
+    // Laws elsewhere are fitted with the curves: without these they take up part of what the curves are.
+    let is_held = |law: usize| curves.iter().any(|&curve| hypotheses[curve].holds(&hypotheses[law]));
+    let (held, elsewhere): (Vec<_>, Vec<_>) =
+        laws.into_iter().zip(found.parameters).partition(|(law, _)| is_held(*law));
+    let own = all.into_iter().filter(|(member, _)| curves.contains(member));
+    let free: Vec<(usize, Vec<FittedParameter>)> = own.chain(elsewhere).collect();
     let Refit { values, parameters } = calibrated(inputs, competition, &free, &held, linear.noise)?;
-    let known: Vec<(usize, Vec<FittedParameter>)> = curves.into_iter().zip(parameters).chain(held).collect();
+    let fitted = free.iter().map(|(member, _)| *member).zip(parameters);
+    let known: Vec<(usize, Vec<FittedParameter>)> = fitted.chain(held).collect();
     let of = |member: &usize| known.iter().find(|(own, _)| own == member).map(|(_, parameters)| parameters.clone());
     Some(Refit { values, parameters: members.iter().map(of).collect::<Option<Vec<_>>>()? })
 }

@@ -37,19 +37,25 @@ pub(super) static LAW: Law = Law {
         let symbols = (1..=harmonics(nonlinear)).flat_map(|k| [format!("cos{k}"), format!("sin{k}")]);
         symbols.map(|symbol| EffectParameter::new(symbol, "rad/(N.m)", 3e-8)).collect()
     }),
+    compliance: Some(|site, nonlinear, joints| of_angle(harmonics(nonlinear), joints[site.frame]).collect()),
     changes: |_, site, nonlinear| {
         let (Some(v), joint, count) = (site.coordinate, site.frame, harmonics(nonlinear)) else { return nothing() };
         Arc::new(move |context, out| {
             let load = context.of_load(v, |load| load);
-            for k in 0..count {
-                let (sine, cosine) = ((k + 1) as f64 * context.joints[joint]).sin_cos();
-                out.push((2 * k, Change::Deflection(v, load * cosine)));
-                out.push((2 * k + 1, Change::Deflection(v, load * sine)));
-            }
+            let changes = of_angle(count, context.joints[joint]).enumerate();
+            out.extend(changes.map(|(k, change)| (k, Change::Deflection(v, load * change))));
         })
     },
     ..Law::NOTHING
 };
+
+/// Cosine and sine of each harmonic of a joint's angle.
+fn of_angle(count: usize, joint: f64) -> impl Iterator<Item = f64> {
+    (1..=count).flat_map(move |k| {
+        let (sine, cosine) = (k as f64 * joint).sin_cos();
+        [cosine, sine]
+    })
+}
 
 fn harmonics(nonlinear: &Nonlinear) -> usize {
     match nonlinear.values()[..] {

@@ -41,6 +41,8 @@ pub struct Law {
     pub parameters: Option<ParametersOf>,
     /// As [`Effect::greatest_amount`].
     pub greatest_amount: Option<f64>,
+    /// As [`Effect::compliance`].
+    pub compliance: Option<fn(&Site, &Nonlinear, &[f64]) -> Vec<f64>>,
     pub thermal_delay: fn(&Nonlinear) -> Option<f64>,
     /// As [`Effect::period`].
     pub period: fn(&Nonlinear) -> Option<f64>,
@@ -71,6 +73,7 @@ impl Law {
         constants: |_, _, _| Vec::new(),
         parameters: None,
         greatest_amount: None,
+        compliance: None,
         thermal_delay: |_| None,
         period: |_| None,
         changes: |_, _, _| nothing(),
@@ -187,6 +190,10 @@ impl Effect for &'static Law {
 
     fn greatest_amount(&self) -> Option<f64> {
         self.greatest_amount
+    }
+
+    fn compliance(&self, site: &Site, nonlinear: &Nonlinear, joints: &[f64]) -> Option<Vec<f64>> {
+        self.compliance.map(|compliance| compliance(site, nonlinear, joints))
     }
 
     fn thermal_delay(&self, nonlinear: &Nonlinear) -> Option<f64> {

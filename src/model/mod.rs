@@ -170,6 +170,10 @@ pub trait Effect: Send + Sync {
     fn greatest_amount(&self) -> Option<f64> {
         None
     }
+    /// Of an effect that changes the compliance of its joint: by how much one unit of each parameter does where the joints of the frames stand so.
+    fn compliance(&self, _site: &Site, _nonlinear: &Nonlinear, _joints: &[f64]) -> Option<Vec<f64>> {
+        None
+    }
     /// Time constant (s) with which its site follows the thermometer; `None` where it follows at once.
     fn thermal_delay(&self, _nonlinear: &Nonlinear) -> Option<f64> {
         None

@@ -249,7 +249,8 @@ fn curve_text(curve: &Curve) -> String {
         |((x, amount), band): ((&f64, &f64), &f64)| format!("{}: {:+.3} +- {:.3}", at(*x), size * amount, size * band);
     let all: Vec<String> = curve.at.iter().zip(&curve.amount).zip(&curve.band).map(one).collect();
     let line = if curve.is_without_line { ", less a straight line that calibration can stand for" } else { "" };
-    format!("({unit}{line}) {}", all.join("; "))
+    let whole = if curve.is_certain() { "" } else { "; certain as a whole, and at no single point" };
+    format!("({unit}{line}) {}{whole}", all.join("; "))
 }
 
 /// What explained gaps leave above the noise is reported from this part of the noise on: a quarter of its variance. A judgement.

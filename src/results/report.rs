@@ -340,13 +340,7 @@ fn waterfall(campaign: &Campaign, identify: Option<&Identification>, diagnose: &
         step(StepKey::Competed, refitted, gap.rms, "diagnose", "held-out readings");
     }
     for cause in &diagnose.causes {
-        step(
-            StepKey::Effect,
-            format!("{} at {}", cause.effect, cause.site),
-            cause.rms_after,
-            "diagnose",
-            "held-out readings",
-        );
+        step(StepKey::Effect, cause.claim.clone(), cause.rms_after, "diagnose", "held-out readings");
     }
     step(StepKey::Noise, "noise".into(), gap.noise, "diagnose", "expected");
     steps

@@ -42,6 +42,7 @@ pub fn fitted_page(report: &mut FittedReport) -> Result<String, Error> {
             title => format!("{name}: report"), heading => name, answer => safe(answer.clone()),
             sections => sections.collect::<Vec<_>>(), data => embedded(&serde_json::json!({}))?,
             version => env!("CARGO_PKG_VERSION"), report => true,
+            own_weight => report.campaign.own_weight.of_readings(),
             doubtful => report.diagnostics.iter().map(|found| found.code.is_about_figures()).collect::<Vec<bool>>(),
         },
     );

@@ -56,6 +56,7 @@ pub fn write(review: &Review, report: &mut Report) -> Result<String, Error> {
         context! {
             title => format!("{name}: report"), heading => name, answer => safe(answer.clone()),
             sections => sections.collect::<Vec<_>>(), data, version => env!("CARGO_PKG_VERSION"), report => true,
+            own_weight => report.campaign.own_weight.of_readings(),
             doubtful => report.diagnostics.iter().map(|found| found.code.is_about_figures()).collect::<Vec<bool>>(),
         },
     );

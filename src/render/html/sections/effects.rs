@@ -7,9 +7,10 @@ use minijinja::{Value, context};
 
 use super::color::scale;
 use super::curves::charts;
+use crate::diagnosis::Curve;
 use crate::render::html::charts::{BLUE, Frame, chart};
 use crate::render::html::page::{Page, Section, safe};
-use crate::results::Report;
+use crate::results::{Cause, Report};
 
 /// Most sites drawn.
 const SITES: usize = 12;
@@ -52,9 +53,11 @@ pub fn section(report: &Report, page: &Page) -> Option<Section> {
     });
     let curves: Vec<Vec<Value>> =
         found.causes.iter().map(|cause| charts(cause).into_iter().map(safe).collect()).collect();
+    let is_certain = |cause: &Cause| cause.curve.as_ref().is_none_or(Curve::is_certain);
+    let certain: Vec<bool> = found.causes.iter().map(is_certain).collect();
     let html = page.render(
         "effects.html",
-        context! { curves, matrix => matrix.map(safe), located => located.map(safe), verdict => Value::from(Serde(&found.verdict)) },
+        context! { curves, certain, matrix => matrix.map(safe), located => located.map(safe), verdict => Value::from(Serde(&found.verdict)) },
     );
     Some(Section { id: "effects", title: "Effects: causes, look-alikes, and what was not taken".into(), html })
 }
