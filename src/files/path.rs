@@ -87,13 +87,22 @@ impl Reader {
         Ok(read(&table, &robot.robot, units)?)
     }
 
-    /// Reads a path from the bytes of a table; `name` is what faults call it.
+    /// Reads a path from the bytes of a table, with orientations so written; `name` is what faults call it.
     ///
     /// # Errors
     /// Every fault found, located.
-    pub fn path_text(&self, name: &str, bytes: &[u8], robot: &LoadedRobot, units: Units) -> Result<Path, Diagnostics> {
-        let expected = expected_columns(&robot.robot, &units);
-        let table = read_table(name, bytes, &expected, &BTreeMap::new(), &[], &Dialect::default(), MOST_POINTS)?;
+    pub fn path_text(
+        &self,
+        name: &str,
+        bytes: &[u8],
+        robot: &LoadedRobot,
+        units: Units,
+        orientation: Orientation,
+    ) -> Result<Path, Diagnostics> {
+        let expected = orientation.expected(expected_columns(&robot.robot, &units));
+        let dialect = Dialect { orientation, ..Dialect::default() };
+        let mut table = read_table(name, bytes, &expected, &BTreeMap::new(), &[], &dialect, MOST_POINTS)?;
+        table.add_rotation_vectors(orientation, units.angle)?;
         Ok(read(&table, &robot.robot, units)?)
     }
 

@@ -352,6 +352,13 @@ fn singular_unreachable_and_forbidden_points_are_refused_by_number() {
     assert_eq!(ran.status, 1, "{}", ran.err);
     assert!(ran.out.contains("point 2 (row 2) refused: unreachable"), "{}", ran.out);
     assert!(ran.out.contains("2 of 3 points"), "{}", ran.out);
+    // As the controller writes them, and undeclared.
+    let abc = "x,y,z,A,B,C\n1700,0,1300,0,120,0\n9000,0,1300,0,120,0\n1700,100,1300,0,120,0\n";
+    std::fs::write(at.join("abc.csv"), abc).expect("written");
+    let own = run(at, &["compensate", "kuka-kr270", "abc.csv", "--orientation", "kuka-abc"]);
+    assert_eq!((own.status, own.out.replace("abc.csv", "poses.csv")), (1, ran.out), "{}", own.err);
+    let ran = run(at, &["compensate", "kuka-kr270", "abc.csv"]);
+    assert!(ran.status == 2 && ran.err.contains("`--orientation kuka-abc`"), "{}", ran.err);
     // At the edge of a limit that the correction would pass.
     let model = model_of(&(PLANAR.to_string() + "joint_stiffness:\n  1: {kar: {value: 1e5}}\n"));
     let limit = 0.5 * std::f64::consts::PI;

@@ -312,10 +312,7 @@ fn random_serial_robots() {
     assert!(regular > 30 && beams > 8, "{regular} {beams}");
 }
 
-/// A boom out of its sleeve: its length follows the joint, its zero and its frame's constants.
-#[test]
-fn a_boom_out_of_its_sleeve() {
-    let text = "units: {length: m, angle: rad}
+const BOOM: &str = "units: {length: m, angle: rad}
 frames:
   1: {antecedent: 0, joint: revolute, variable: q1, limits: [-3, 3]}
   mouth: {antecedent: 1, b: 0.5, gamma: 1.2, alpha: 1.3}
@@ -331,9 +328,37 @@ joint_stiffness: {2: {krx: {compliance: 2e-8}, kry: {compliance: 3e-8}, krrx: {c
 bodies: {2: {mass: 12, com: [0.1, 0, -0.2]}, 3: {mass: 7, com: [0.1, 0.1, 0]}}
 gravity: [0.5, -1, -9.6]
 ";
-    let model = model_of(text);
+
+/// A boom out of its sleeve: its length follows the joint, its zero and its frame's constants.
+#[test]
+fn a_boom_out_of_its_sleeve() {
+    let model = model_of(BOOM);
     let configurations = vec![vec![0.3, 0.1, 0.8], vec![-0.7, 1.2, -0.4]];
     assert!(all_agree(&model, configurations, &moved(&model, 3), 1e-7) >= 12);
+}
+
+/// What a description is refused for.
+fn refused(text: &str) -> Option<String> {
+    let found = elastogeo::files::Reader::default().robot_text(std::path::Path::new("boom.yaml"), text);
+    found.err().map(|found| Vec::from(found).iter().map(|one| format!("{} {:?}\n", one.message, one.remedy)).collect())
+}
+
+/// Limits within which nothing of the boom is out of its sleeve, and a sleeve at a frame far from the joint.
+#[test]
+fn booms_drawn_into_their_sleeves_are_refused() {
+    // At the middle of the limits the tip is 0.2 + 0.75 + 0.05 m from the mouth.
+    for (limits, words) in
+        [("[-0.3, 1.8]", "drawn into its sleeve within the limits of joint `2`: at -0.3000 m"), ("[-0.2, 1.7]", "")]
+    {
+        let text = BOOM.replace("[0, 1.5]", limits);
+        let said = refused(&text);
+        assert!(
+            said.is_some() != words.is_empty() && said.as_ref().is_none_or(|said| said.contains(words)),
+            "{limits}: {said:?}"
+        );
+    }
+    let said = refused(&BOOM.replace("at: mouth", "at: 0")).expect("refused");
+    assert!(said.contains("node `sleeve` lies at `0`") && said.contains("`mouth`"), "{said}");
 }
 
 /// Springs across an axis that differ between x and y.

@@ -420,6 +420,12 @@ fn files_with_names_of_their_own_are_joined() {
     let total = |text: &str| text.lines().find(|line| line.starts_with(" all ")).map(String::from);
     let one = run(folder.path(), &["residuals", "universal-ur5", "c"]);
     assert!(total(&one.out).is_some() && total(&ran.out) == total(&one.out), "{}{}", ran.out, one.out);
+    // The place that the controller shows is no reading: it is left out, and said.
+    let shown = [&joints[..], &[("x", "x"), ("y", "y"), ("z", "z")]].concat();
+    std::fs::write(folder.path().join("shown.csv"), table(&shown, &mut rows.iter())).expect("written");
+    let with = said(campaign(names, ", joints: shown.csv"));
+    assert!(with.status == 0 && total(&with.out) == total(&one.out), "{}{}", with.out, with.err);
+    assert!(with.err.contains("without its columns `x`, `y`, `z`"), "{}", with.err);
     for (columns, more, words) in [
         (names, "", "`joint_columns:` means nothing here"),
         ("pose: target, q9: J1", ", joints: joints.csv", "`joint_columns:` renames `q9`"),

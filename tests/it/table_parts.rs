@@ -150,6 +150,9 @@ fn lists_of_points_are_read() {
         "A,SMR 1,p1,1.5,2,-3.0\n;later\nA,SMR 2,p2,4,5,6\n",
         "Collection,Group Name,Point Name,X,Y,Z\r\nA,SMR 1,p1,1.5,2,-3\r\nA,SMR 2,p2,4,5,6\r\n",
         "# x\n\"SMR 1\"  p1  1.5   2 -3\n\"SMR 2\"  p2  4 5 6\n",
+        // As many decimal commas as separators.
+        "A;SMR 1;p1;1,5;2,0;-3,0e0\nA;SMR 2;p2;4,0;5,0;6,0\n",
+        "SMR 1\tp1\t1,50\t2,00\t-3,00\nSMR 2\tp2\t4,00\t5,00\t6,00\n",
     ];
     for text in variants {
         let table = points(text, by_group()).unwrap_or_else(|faults| panic!("{text}\n{}", told(&faults)));

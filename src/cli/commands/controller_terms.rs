@@ -4,6 +4,7 @@ use crate::Error;
 use crate::cli::args::{Convert, WriteAs};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
+use crate::description::robot::Motion;
 use crate::diagnostic::Diagnostic;
 use crate::kinematics::{Geometry, denavit_hartenberg};
 use crate::model::Model;
@@ -46,6 +47,9 @@ pub fn controller_terms(command: &Convert, format: WriteAs, session: &Session) -
     let mut output =
         Output::new(format!("wrote {}\n", to.display()), &serde_json::json!({"wrote": to.display().to_string()}))?;
     output.diagnostics = loaded.diagnostics;
+    if let (WriteAs::Mastering, Some(nominal)) = (format, &nominal) {
+        output.diagnostics.extend(without_row(&loaded.model, &nominal.model));
+    }
     if !loaded.model.effects.is_empty() {
         let names: Vec<&str> = loaded.model.effects.iter().map(|on| on.entry.effect.name()).collect();
         let message = format!("the table does not hold the description's effects: {}", names.join(", "));
@@ -53,4 +57,18 @@ pub fn controller_terms(command: &Convert, format: WriteAs, session: &Session) -
     }
     output.tables.push((to.clone(), table));
     Ok(output)
+}
+
+/// Zeros of joints that a coupling moves, which no variable has.
+fn without_row(model: &Model, nominal: &Model) -> Option<Diagnostic> {
+    let zero = |model: &Model, name: &str| {
+        let frame = model.frames.iter().find(|frame| frame.name == name)?;
+        Some(model.registry[frame.moving_slot()].nominal)
+    };
+    let coupled = model.frames.iter().filter(|frame| matches!(frame.motion, Motion::Coupling(_)));
+    let own = coupled.filter(|frame| zero(model, &frame.name) != zero(nominal, &frame.name));
+    let names: Vec<String> = own.map(|frame| format!("`{}`", frame.name)).collect();
+    let message =
+        format!("the table does not hold the zero of {}, which a coupling moves: no variable has it", names.join(", "));
+    (!names.is_empty()).then(|| Diagnostic::warning(message).remedy("`compensate` corrects a path by it"))
 }

@@ -185,7 +185,7 @@ fn slides_in<'r>(raw: &'r RawRobot, body: &'r str, at: &'r str) -> Option<(&'r s
     let there = rigid_root(raw, at);
     let is_near =
         there == own || there == rigid_root(raw, before) || of(there).is_some_and(|of| rigid_root(raw, of) == own);
-    (!is_near && raw.frames.contains_key(at)).then_some((own, before))
+    (!is_near && (at == "0" || raw.frames.contains_key(at))).then_some((own, before))
 }
 
 /// The frame that moves a body: fixed frames belong to the body of their antecedent.

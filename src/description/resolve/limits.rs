@@ -27,6 +27,12 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> Vec<
             }
         };
         let all = named.len();
+        let again = |(at, (_, name)): &(usize, &(f64, &str))| named[..*at].iter().any(|(_, before)| before == name);
+        if let Some((_, (_, twice))) = named.iter().enumerate().find(again) {
+            let remedy = format!("name it once, with its factor: `2 * {twice}`");
+            diagnostics.reject(&path, format!("`{text}` names `{twice}` twice"), remedy);
+            continue;
+        }
         let terms: Vec<(f64, Input, bool)> = named
             .into_iter()
             .filter_map(|(factor, name)| {

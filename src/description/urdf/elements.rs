@@ -114,10 +114,14 @@ pub(super) fn survey<'a>(source: &mut Source<'a>, document: &'a Document<'a>) ->
     survey
 }
 
+/// Elements of xacro, whatever its namespace is called.
+const XACRO: [&str; 6] = ["macro", "property", "include", "arg", "if", "unless"];
+
 /// Where xacro has not done its work.
 fn unexpanded(document: &Document) -> Option<Range<usize>> {
     document.descendants().filter(Node::is_element).find_map(|node| {
-        if node.tag_name().namespace().is_some_and(|space| space.contains("xacro")) {
+        let is_of_xacro = |space: &str| space.contains("xacro") || XACRO.contains(&node.tag_name().name());
+        if node.tag_name().namespace().is_some_and(is_of_xacro) {
             return Some(tag(node));
         }
         let stuck = |attribute: &Attribute| attribute.value().contains("${") || attribute.value().contains("$(");

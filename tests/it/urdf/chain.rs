@@ -328,3 +328,23 @@ fn chains_that_are_none_are_refused() {
     refused("{file: toso.urdf, to: tool0}", "{file: toso.urdf, to: tool0}", "there is no file", "torso.urdf");
     refused("[torso.urdf]", "urdf", "must be the name of a file, or a mapping with `file`", "");
 }
+
+/// A fixed joint beyond the chain has the name of its link: frames are named by the link all the same.
+#[test]
+fn a_link_whose_name_a_joint_has_is_a_frame() {
+    let own = TORSO.replace("flange-tool0", "tool0");
+    assert_ne!(own, TORSO);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("torso.urdf"), &own).unwrap();
+    let text = "urdf: {file: torso.urdf, from: shoulder_plate, to: flange}\nunits: {length: mm, angle: deg}\n\
+                markers: {own: {frame: tool0, at: [1, 2, 3]}}\n";
+    let read = |text: &str| Reader::default().robot_text(&folder.path().join("arm.yaml"), text);
+    let loaded = read(text).unwrap();
+    std::fs::write(folder.path().join("torso.urdf"), TORSO).unwrap();
+    let other = read(text).unwrap();
+    let places = [&loaded, &other].map(|loaded| {
+        let marker = loaded.model.markers.iter().find(|marker| marker.name == "own").unwrap();
+        (loaded.model.frames[marker.frame].name.clone(), marker.frame)
+    });
+    assert_eq!(format!("{:?}", places[0]), format!("{:?}", places[1]));
+}

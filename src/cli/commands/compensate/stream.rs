@@ -41,12 +41,15 @@ struct State {
 pub fn run(stream: &Stream) -> Result<Output, Error> {
     can_stream(stream.session)?;
     let mut input = Lines { from: std::io::stdin().lock(), number: 0 };
-    let Some(head) = input.next()? else {
-        return Err(Error::input(
-            "the standard input is empty",
-            "give a line with the names of the columns, and then a line for each point",
-        ));
+    let empty = || {
+        let remedy = "give a line with the names of the columns, and then a line for each point";
+        Error::input("the standard input is empty", remedy)
     };
+    let mut head = input.next()?.ok_or_else(empty)?;
+    // A word to spreadsheets; how the columns are separated is seen from their names.
+    if head.text.trim_matches('"').get(..4).is_some_and(|start| start.eq_ignore_ascii_case("sep=")) {
+        head = input.next()?.ok_or_else(empty)?;
+    }
     stream.check_head(&head)?;
     let is_json = stream.session.arguments.format == Format::Json;
     let mut out = std::io::stdout().lock();
@@ -188,7 +191,9 @@ impl Stream<'_> {
     /// A line as a table of one row; faults have the line's place.
     fn parsed(&self, head: &Line, line: &Line) -> Result<Path, Diagnostics> {
         let text = format!("{}\n{}\n", head.text, line.text);
-        let parsed = self.session.reader.path_text("standard input", text.as_bytes(), self.loaded, self.units);
+        let orientation = self.command.orientation.into();
+        let reader = &self.session.reader;
+        let parsed = reader.path_text("standard input", text.as_bytes(), self.loaded, self.units, orientation);
         parsed.map_err(|found| {
             let placed = |mut fault: Diagnostic| {
                 if let Some(at) = &mut fault.place {
