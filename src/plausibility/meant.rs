@@ -8,6 +8,7 @@ use super::trial::drawn;
 use crate::description::campaign::Campaign;
 use crate::estimation::{Calibration, Settings, calibrate, far_off};
 use crate::model::Model;
+use crate::parameter::Slot;
 
 /// Steps within which what is meant is fitted, begun at the description: wrong ones may take hundreds.
 const STEPS: usize = 15;
@@ -16,7 +17,9 @@ const READINGS: usize = 240;
 
 /// What calibration leaves of some of the readings with everything as declared.
 pub(super) struct AsDeclared<'a> {
-    pub found: &'a Calibration,
+    /// What is fitted: the parameters of the calibration, and the springs that the description declares to be identified. Held springs
+    /// that are not those of the robot look like weights that are not.
+    pub slots: Vec<Slot>,
     /// The readings that are compared.
     pub campaign: Campaign,
     limits: &'a Limits,
@@ -40,15 +43,18 @@ impl<'a> AsDeclared<'a> {
         }
         let chosen = drawn(campaign, &Limits { readings: READINGS, ..*limits });
         let some = campaign.select(|index, reading| !found.holds_out(index) && chosen[reading.pose]);
-        let mut own = Self { found, campaign: some, limits, left: 0.0 };
-        own.left = own.fitted(evidence.model, &own.campaign)?.after.fit.distance[1];
-        Some(own)
+        let springs = evidence.model.elastic_slots().into_iter().filter(|slot| !found.slots.contains(slot));
+        let slots = found.slots.iter().copied().chain(springs).collect();
+        let mut own = Self { slots, campaign: some, limits, left: 0.0 };
+        let fitted = own.fitted(evidence.model, &own.campaign)?;
+        own.left = fitted.after.fit.distance[1];
+        (fitted.noise_ratio > limits.joints_fall).then_some(own)
     }
 
     /// The parameters of the calibration fitted to these readings with another model or campaign.
     pub fn fitted(&self, model: &Model, campaign: &Campaign) -> Option<Calibration> {
         let settings = Settings {
-            only: Some(self.found.slots.clone()),
+            only: Some(self.slots.clone()),
             second_order: false,
             max_iterations: Some(STEPS),
             ..Settings::default()

@@ -157,9 +157,9 @@ struct FirstOrder<'a> {
 impl<'a> FirstOrder<'a> {
     fn new(model: &Model, declared: &'a AsDeclared, values: &[f64]) -> Option<Self> {
         let sigmas = DVector::from_vec(row_sigmas(&declared.campaign));
-        let predictor = Predictor::new(model, &declared.campaign, declared.found.slots.clone()).ok()?;
+        let predictor = Predictor::new(model, &declared.campaign, declared.slots.clone()).ok()?;
         let found = predictor.linearised(values).ok()?;
-        let width = declared.found.slots.len();
+        let width = declared.slots.len();
         let columns = DMatrix::from_fn(sigmas.len(), width, |row, k| found.jacobian[row * width + k] / sigmas[row]);
         Some(Self { declared, basis: orthonormal(&columns, None), sigmas })
     }

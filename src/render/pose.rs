@@ -32,6 +32,10 @@ pub fn pose(found: &Pose, screen: Screen) -> String {
         let _ = writeln!(out, "standard uncertainty of the tool's position: {}", along_axes(uncertainty));
     }
     let _ = writeln!(out, "{}", found.own_weight.words("nothing above is deflected (--weight)"));
+    if !found.effects_left_out.is_empty() {
+        let _ =
+            writeln!(out, "effects that are switched on are not in (--weight): {}", found.effects_left_out.join(", "));
+    }
     if found.deflection.is_some() {
         let row =
             |(name, d): &(String, [f64; 6])| std::iter::once(name.clone()).chain(displacement(d)).collect::<Vec<_>>();

@@ -25,6 +25,9 @@ pub struct Pose {
     pub tool: Homogeneous,
     /// Whether tool and markers stand where own weight puts them; frames are never deflected.
     pub own_weight: OwnWeight,
+    /// Effects of the description that are not in: they are where own weight is.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub effects_left_out: Vec<String>,
     /// Standard uncertainty of the tool's position along x, y, z, m, where the description says how it was fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standard_uncertainty: Option<[f64; 3]>,
@@ -67,6 +70,7 @@ impl Pose {
             markers: (0..model.markers.len()).map(marker).collect(),
             tool: matrix(&tool),
             own_weight: OwnWeight::nominal(model, false),
+            effects_left_out: model.effects.iter().map(|on| on.entry.effect.name().to_string()).collect(),
             standard_uncertainty: None,
             deflection: None,
             deflected: Vec::new(),
@@ -85,6 +89,7 @@ impl Pose {
     #[must_use]
     pub fn loaded(mut self, own_weight: OwnWeight, tool: &Transform, markers: &[Transform]) -> Self {
         self.own_weight = own_weight;
+        self.effects_left_out.clear();
         self.tool = matrix(tool);
         if let Some((_, placed)) = self.placed.last_mut() {
             *placed = six(tool);

@@ -3,6 +3,7 @@
 use elastogeo::blind::{
     Design, Drawn, Kind, Rate, Signals, Truth, calibrated, draw, examine, score, seal, without, workshop,
 };
+use elastogeo::diagnosis::Level;
 use elastogeo::files::Reader;
 use elastogeo::simulation::generator;
 use rayon::prelude::*;
@@ -143,10 +144,10 @@ fn names_are_false_only_where_nothing_excuses_them() {
     one.truth.kind = Kind::Unknown;
     one.named[0].tied = false;
     assert!(!one.is_right());
-    one.named[0].effect = "family:elastic".into();
+    (one.named[0].effect, one.named[0].level) = ("family:elastic".into(), Level::Family);
     assert!(one.is_right() && one.is_open());
     // A curve is open at the right site only.
-    one.named[0].effect = "free-form".into();
+    (one.named[0].effect, one.named[0].level, one.named[0].is_free) = ("free-form".into(), Level::Law, true);
     assert!(one.is_open());
     one.named[0].site = "nowhere".into();
     assert!(!one.is_open() && !one.has_false_name());

@@ -519,7 +519,7 @@ fn zeros_pass_on_by_mechanisms_alone() {
     let folder = tempfile::tempdir().expect("a folder");
     let tool = |text: &str| {
         std::fs::write(folder.path().join("arm.yaml"), text).expect("written");
-        let pose = ["pose", "arm.yaml", "--joints", "q2=30,q3=0"];
+        let pose = ["pose", "arm.yaml", "--weight", "--joints", "q2=30,q3=0"];
         let found = printed_json(folder.path(), &pose);
         [0, 1].map(|k| number(&found["tool"][k][3]))
     };
