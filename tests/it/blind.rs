@@ -147,7 +147,7 @@ fn names_are_false_only_where_nothing_excuses_them() {
     (one.named[0].effect, one.named[0].level) = ("family:elastic".into(), Level::Family);
     assert!(one.is_right() && one.is_open());
     // A curve is open at the right site only.
-    (one.named[0].effect, one.named[0].level, one.named[0].is_free) = ("free-form".into(), Level::Law, true);
+    (one.named[0].effect, one.named[0].level, one.named[0].is_free) = ("free-form".into(), Level::Site, true);
     assert!(one.is_open());
     one.named[0].site = "nowhere".into();
     assert!(!one.is_open() && !one.has_false_name());
