@@ -17,7 +17,7 @@ pub struct Corrected {
     pub position: f64,
     /// Angle from what is held of the target's axes, rad.
     pub orientation: f64,
-    /// How far the point is off the target, m along the base's axes and rad about the target's: what is not held is let go.
+    /// The target less where the point is, m along the base's axes and rad about the target's: what is not held is let go.
     pub off: [f64; 6],
     /// Steps taken.
     pub iterations: usize,

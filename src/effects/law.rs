@@ -12,6 +12,8 @@ use crate::parameter::Slot;
 
 /// The parameters of an effect at a site.
 type ParametersOf = fn(&Model, &Site, &Nonlinear) -> Vec<EffectParameter>;
+/// What one unit of each parameter adds to the compliance of its joint where the joints of the frames stand so.
+type ComplianceOf = fn(&Site, &Nonlinear, &[f64]) -> Vec<f64>;
 
 /// What [`Effect`] asks, field by field; `None` stands for the default there.
 pub struct Law {
@@ -42,7 +44,7 @@ pub struct Law {
     /// As [`Effect::greatest_amount`].
     pub greatest_amount: Option<f64>,
     /// As [`Effect::compliance`].
-    pub compliance: Option<fn(&Site, &Nonlinear, &[f64]) -> Vec<f64>>,
+    pub compliance: Option<ComplianceOf>,
     pub thermal_delay: fn(&Nonlinear) -> Option<f64>,
     /// As [`Effect::period`].
     pub period: fn(&Nonlinear) -> Option<f64>,

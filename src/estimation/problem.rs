@@ -231,7 +231,7 @@ impl Problem for CampaignProblem<'_> {
         let values = self.values(x);
         let mut found = self.buffer.borrow_mut();
         let predicted = self.predictor.linearise(&values, jacobian.is_some(), &mut found);
-        predicted.map_err(|error| EvaluationError::new(error))?;
+        predicted.map_err(EvaluationError::new)?;
         let rows = self.predictor.rows();
         for (row, sigma) in self.sigmas.iter().enumerate() {
             residual[row] = found.residual[row] / sigma;

@@ -104,8 +104,8 @@ pub struct CorrectedPoint {
     /// Standard uncertainty of the point along x, y, z, m, where the description says how it was fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standard_uncertainty: Option<[f64; 3]>,
-    /// By direction that is not held: how far the point is off the target, m along x, y, z of the base, rad about rx, ry, rz of
-    /// the target.
+    /// By direction that is not held: the target less where the point is, m along x, y, z of the base, rad about rx, ry, rz of the
+    /// target.
     pub let_go: IndexMap<&'static str, f64>,
     /// Always `ok` here; a point that cannot be met is a [`RefusedPoint`].
     pub status: PointStatus,

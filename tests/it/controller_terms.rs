@@ -134,6 +134,22 @@ fn offsets_of_zeros_are_those_of_the_description() {
     assert_eq!(ran.status, 0, "{}", ran.err);
     let second = &rows(&at.join("dh.csv"))[2];
     assert!((number(second, "theta_deg.change") - 0.3).abs() < 1e-9, "{second:?}");
+    // Of a joint that a coupling moves no variable has the zero.
+    let coupled = |zero: f64| {
+        format!(
+            "units: {{length: mm, angle: deg}}\nframes:\n  1: {{antecedent: 0, joint: revolute, variable: q1}}\n  \
+             k: {{antecedent: 1, joint: revolute, d: 300, offset: {zero}}}\n  E: {{antecedent: k, d: 400}}\n\
+             couplings: [k = -1 * 1]\ntool: {{frame: E}}\n"
+        )
+    };
+    for (name, zero) in [("nominal.yaml", 0.0), ("own.yaml", 0.3)] {
+        std::fs::write(at.join(name), coupled(zero)).expect("written");
+    }
+    for (own, is_told) in [("own.yaml", true), ("nominal.yaml", false)] {
+        let ran = run(at, &["convert", own, "k.csv", "--as", "mastering", "--nominal", "nominal.yaml"]);
+        let told = ran.err.contains("does not hold the zero of `k`, which a coupling moves");
+        assert!(ran.status == 0 && told == is_told, "{}", ran.err);
+    }
     for (arguments, said) in [
         (&["convert", "turned.yaml", "zeros.csv", "--as", "mastering"][..], "--nominal"),
         (&["convert", "turned.yaml", "dh.yaml", "--as", "dh"], ".csv or .xlsx"),

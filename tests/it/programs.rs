@@ -255,6 +255,15 @@ fn a_stream_answers_what_it_cannot_read_and_goes_on() {
         lines[1].starts_with("row 1,ok,") && lines[2].starts_with("row 2,") && lines[3].starts_with("row 3,ok,"),
         "{out}"
     );
+    // The word to spreadsheets is skipped; orientations are read as the option says, and answered as rotation vectors are.
+    let (status, out, err) = streamed(at, &[], "sep=;\nq1;q2;q3;q4;q5;q6\n10;20;30;5;30;0\n");
+    assert!(status == 0 && out.lines().nth(1).is_some_and(|line| line.starts_with("row 1,ok,")), "{out} {err}");
+    let of = |columns: &str, angles: &str| format!("q1,q2,q3,q4,q5,q6,x,y,z,{columns}\n10,20,30,5,30,0,{angles}\n");
+    let [vectors, abc] = ["rx,ry,rz", "A,B,C"].map(|columns| of(columns, "1000,100,900,0,60,0"));
+    let (expected, own) = (streamed(at, &[], vectors), streamed(at, &["--orientation", "kuka-abc"], &abc));
+    assert_eq!(own.1, expected.1, "{}", own.2);
+    let (status, _, err) = streamed(at, &[], &abc);
+    assert!(status == 2 && err.contains("--orientation kuka-abc"), "{err}");
     let (status, out, _) = streamed(at, &["--format", "json"], PATH);
     let first: Value = serde_json::from_str(out.lines().next().expect("a line")).expect("JSON");
     assert!(status == 0 && out.lines().count() == 3 && first["joints"]["q1"].is_number(), "{out}");

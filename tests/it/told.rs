@@ -136,6 +136,7 @@ fn sums_that_no_configuration_meets_are_refused() {
     };
     refused(&arm("q2 + q3: [200, 300]"), &["200 .. 300 deg", "it is -30 .. 90 deg", "arm.yaml:6:"]);
     refused(&arm("q3 - q2: [-90, -31]"), &["-90 .. -31 deg", "it is -30 .. 90 deg"]);
+    refused(&arm("q2 - q2: [1, 2]"), &["names `q2` twice", "`2 * q2`"]);
     for sum in ["q2 + q3: [89, 300]", "q3 - q2: [-90, -30]"] {
         assert_eq!(arm(sum).status, 0, "{sum}");
     }

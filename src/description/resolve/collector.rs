@@ -155,10 +155,9 @@ impl<'a> Collector<'a> {
     pub fn interval(&mut self, path: &[&str], value: Option<[f64; 2]>, factor: f64, open: bool) -> Option<[f64; 2]> {
         let [low, high] = value?;
         if low.is_nan() || high.is_nan() || !(open || low.is_finite() && high.is_finite()) {
-            self.error(
-                path,
-                format!("[{low}, {high}]: both ends must be {}numbers", if open { "" } else { "finite " }),
-            );
+            let message = format!("[{low}, {high}]: both ends must be {}numbers", if open { "" } else { "finite " });
+            let remedy = if open { "write `-.inf` or `.inf` where there is no limit" } else { "give both ends" };
+            self.reject(path, message, remedy);
             return None;
         }
         if low >= high {

@@ -63,7 +63,8 @@ fn bodies(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
                 diagnostics.lacking(&["bodies", name], "mass", format!("body `{name}` has no `mass`"));
             }
             Some(mass) if !(mass >= 0.0 && mass.is_finite()) => {
-                diagnostics.error(&["bodies", name, "mass"], format!("mass `{mass}` must be 0 or more"));
+                let remedy = "give the mass itself; a spring or a counterweight that pulls upwards is declared as such";
+                diagnostics.reject(&["bodies", name, "mass"], format!("mass `{mass}` must be 0 or more"), remedy);
             }
             Some(_) => {}
         }

@@ -29,7 +29,7 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> Vec<
         let all = named.len();
         let again = |(at, (_, name)): &(usize, &(f64, &str))| named[..*at].iter().any(|(_, before)| before == name);
         if let Some((_, (_, twice))) = named.iter().enumerate().find(again) {
-            let remedy = format!("name it once, with its factor: `2 * {twice}`");
+            let remedy = format!("name each joint once, with its factor, such as `2 * {twice}`");
             diagnostics.reject(&path, format!("`{text}` names `{twice}` twice"), remedy);
             continue;
         }

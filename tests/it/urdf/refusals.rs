@@ -224,6 +224,9 @@ fn a_xacro_file() {
     assert!(said.len() == 1 && said[0].remedy.as_deref().unwrap().contains("run xacro first"), "{said:#?}");
     assert_eq!(said[0].place.as_ref().unwrap().line, 10);
     error("0 0 1\" rpy", "0 0 ${height}\" rpy", 14, "0 0 ${height}", "xacro", "run xacro first");
+    let other = "<x:macro xmlns:x=\"http://ros.org/wiki/macros\" name=\"m\"/>";
+    let said = broken("<link name=\"hand\"/>", &format!("<link name=\"hand\"/>{other}"));
+    assert!(said.len() == 1 && said[0].remedy.as_deref().unwrap().contains("run xacro first"), "{said:#?}");
     let declared = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:arg name=\"a\"/>";
     error("<robot name=\"r\">", declared, 1, "<xacro:arg", "xacro", "run xacro first");
 }
