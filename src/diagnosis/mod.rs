@@ -25,6 +25,7 @@ mod held_out;
 mod hypothesis;
 mod implied;
 mod inputs;
+mod joint_compliance;
 mod kept_amount;
 mod lasting;
 mod level;

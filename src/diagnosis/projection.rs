@@ -158,6 +158,7 @@ impl<'a> Projection<'a> {
                 members.iter().any(|&member| self.problem.hypotheses[member].constants.contains(&of.slot))
             };
             let compliance = self.problem.hypotheses[h].compliance.as_ref();
+            // Without a limit of slopes amounts are not judged; where the joint's own compliance is fitted too, the sum is not known here.
             let compliance = compliance.filter(|of| slope.is_finite() && !has_compliance(of));
             let is_negative = compliance.is_some_and(|of| {
                 directions == self.problem.hypotheses[h].columns.ncols()

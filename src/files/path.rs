@@ -1,6 +1,7 @@
 //! Paths and processes from disk or from the bundled set.
 
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::{Path as FilePath, PathBuf};
 
 use super::place::{PROCESSES, Place, inside, open};
@@ -82,9 +83,7 @@ impl Reader {
         units: Units,
         orientation: Orientation,
     ) -> Result<Path, Diagnostics> {
-        let mut table = table(self, name, robot, &units, &[], orientation)?;
-        table.add_rotation_vectors(orientation, units.angle)?;
-        Ok(read(&table, &robot.robot, units)?)
+        Ok(read(&table(self, name, robot, &units, &[], orientation)?, &robot.robot, units)?)
     }
 
     /// Reads a path from the bytes of a table, with orientations so written; `name` is what faults call it.
@@ -99,11 +98,7 @@ impl Reader {
         units: Units,
         orientation: Orientation,
     ) -> Result<Path, Diagnostics> {
-        let expected = orientation.expected(expected_columns(&robot.robot, &units));
-        let dialect = Dialect { orientation, ..Dialect::default() };
-        let mut table = read_table(name, bytes, &expected, &BTreeMap::new(), &[], &dialect, MOST_POINTS)?;
-        table.add_rotation_vectors(orientation, units.angle)?;
-        Ok(read(&table, &robot.robot, units)?)
+        Ok(read(&parsed(name, bytes, robot, &units, &[], orientation)?, &robot.robot, units)?)
     }
 
     /// Reads commands to carry out: where there are joints they count, and poses next to them are ignored.
@@ -173,7 +168,21 @@ fn table(
 ) -> Result<Table, Vec<Diagnostic>> {
     let place = found(name, "path.csv");
     let bytes = open(reader, &place).map_err(|diagnostic| or_bundled(vec![diagnostic], name))?;
+    parsed(&place.name(), bytes, robot, units, ignored, orientation)
+}
+
+/// A table with its orientations as rotation vectors.
+fn parsed(
+    name: &str,
+    bytes: impl Read,
+    robot: &LoadedRobot,
+    units: &Units,
+    ignored: &[String],
+    orientation: Orientation,
+) -> Result<Table, Vec<Diagnostic>> {
     let expected = orientation.expected(expected_columns(&robot.robot, units));
     let dialect = Dialect { orientation, ..Dialect::default() };
-    read_table(&place.name(), bytes, &expected, &BTreeMap::new(), ignored, &dialect, MOST_POINTS)
+    let mut table = read_table(name, bytes, &expected, &BTreeMap::new(), ignored, &dialect, MOST_POINTS)?;
+    table.add_rotation_vectors(orientation, units.angle)?;
+    Ok(table)
 }
