@@ -1,5 +1,7 @@
 //! Frames of a resolved robot and what moves them. Lengths in m, angles in rad.
 
+use nalgebra::{Rotation3, Vector3};
+
 use super::raw::JointKind;
 
 /// Index of a frame in [`super::robot::Robot::frames`]; 0 is the base.
@@ -70,6 +72,13 @@ impl Constants {
     /// From their values, in the order of their transforms.
     pub fn from_values([beta, gamma, b, alpha, d, theta, r]: [f64; 7]) -> Self {
         Self { beta, gamma, b, alpha, d, theta, r }
+    }
+
+    /// Rotation from the antecedent up to the frame's own z axis: Ry(beta) Rz(gamma) Rx(alpha).
+    pub fn before_joint(&self) -> Rotation3<f64> {
+        Rotation3::from_axis_angle(&Vector3::y_axis(), self.beta)
+            * Rotation3::from_axis_angle(&Vector3::z_axis(), self.gamma)
+            * Rotation3::from_axis_angle(&Vector3::x_axis(), self.alpha)
     }
 
     /// Their values, in the order of their transforms.

@@ -20,7 +20,7 @@ use super::selection::Selector;
 use super::settings::Settings;
 use super::verdict::{Judgement, judge, without_noise};
 use crate::description::campaign::Amount;
-use crate::estimation::CalibrationError;
+use crate::estimation::{CHECK, CalibrationError, SEED, split};
 use crate::math::quantiles::normal95;
 use crate::math::{mean_rms_max, orthonormal, project_off};
 use crate::prediction::PredictionError;
@@ -72,6 +72,7 @@ pub fn conclude(
     }
     let verdict = concluded(inputs, competition, &judgement, &gap, (verdict, has_outliers));
     let few_angles = at_few_angles(inputs, competition, &judgement, verdict)?;
+    let is_nothing = matches!(verdict, Verdict::NoGap | Verdict::Undecided);
     Ok(Diagnosis {
         gap,
         location,
@@ -93,7 +94,7 @@ pub fn conclude(
         calibration: competition.calibration.clone(),
         refitted: competition.kept.clone(),
         drawn_from: None,
-        evidence: evidence(competition),
+        evidence: if is_nothing { evidence_of_a_fit(competition) } else { evidence(competition) },
         calibrated: competition.values.clone(),
         look_alikes: look_alikes(&selector, members, settings.look_alikes),
         not_tried: competition.not_tried.clone(),
@@ -123,7 +124,7 @@ fn concluded(
     (verdict, has_outliers): (Verdict, bool),
 ) -> Verdict {
     match verdict {
-        Verdict::NoGap => without_causes(inputs, competition, gap, evidence(competition), has_outliers),
+        Verdict::NoGap => without_causes(inputs, competition, gap, evidence_of_a_fit(competition), has_outliers),
         // Outliers are certain where it is not known whether the rest is noise.
         Verdict::Undecided if has_outliers && judgement.noise_source == NoiseSource::Residual => {
             Verdict::PartlyExplained
@@ -136,6 +137,17 @@ fn concluded(
 fn evidence(competition: &Competition) -> (Amount, usize) {
     let is_fitted = |index: usize| !competition.held_out.get(index).copied().unwrap_or(false);
     (competition.campaign.select(|index, _| is_fitted(index)).amount(), competition.kept.len())
+}
+
+/// The same of a calibration that holds readings out, as `identify` does by default: that nothing is missing is concluded from
+/// no fewer readings than a calibration needs.
+fn evidence_of_a_fit(competition: &Competition) -> (Amount, usize) {
+    if competition.held_out.contains(&true) {
+        return evidence(competition);
+    }
+    let held_out = split(&competition.campaign, CHECK, SEED);
+    let fitted = competition.campaign.select(|index, _| !held_out.get(index).copied().unwrap_or(false));
+    (fitted.amount(), competition.kept.len())
 }
 
 /// The verdict where no effect is called for: outliers explain what there is; too little evidence, or readings that were not seen

@@ -38,7 +38,12 @@ pub fn shares(
     };
     for (member, of) in elastics.members.iter().enumerate() {
         let forces = case.forces(member).total;
-        let mut strain = case.deformation(member).total;
+        // A beam's own weight bends it along its length: what end forces do with that counts whole, what they do themselves by half.
+        let (sag, alone) = match case.load.weight {
+            true => (elastics.sag(member, statics), elastics.sag_energy(member, statics)),
+            false => (Vector6::zeros(), 0.0),
+        };
+        let mut strain = case.deformation(member).total - sag;
         if let Some(closing) = member.checked_sub(elastics.in_tree) {
             // The gap's rounding would do work against what is rigid.
             let own = statics.placed[member].flexibility.apply(&forces);
@@ -50,7 +55,7 @@ pub fn shares(
                 .iter()
                 .enumerate()
                 .for_each(|(k, symbol)| add(format!("{}.{symbol}", of.edge.name), 0.5 * forces[k] * strain[k])),
-            None => add(of.edge.name.clone(), 0.5 * forces.dot(&strain)),
+            None => add(of.edge.name.clone(), 0.5 * forces.dot(&strain) + forces.dot(&sag) + alone),
         }
     }
     let total: f64 = energy.values().sum();

@@ -4,7 +4,7 @@ use nalgebra::{Vector3, Vector6};
 
 use super::compiled::Elastics;
 use super::statics::Statics;
-use crate::elements::{Configuration, spatial};
+use crate::elements::{Configuration, PerLength, spatial};
 use crate::model::MassElement;
 
 impl Elastics<'_> {
@@ -16,11 +16,21 @@ impl Elastics<'_> {
 
     /// Deformations of a straight uniform element by its own weight, local axes.
     pub(super) fn sag(&self, member: usize, out: &Statics) -> Vector6<f64> {
-        let placed = &out.placed[member];
-        self.members[member].per_length.filter(|of| of.mass != 0.0).map_or_else(Vector6::zeros, |of| {
-            let q = placed.local.fixed_view::<3, 3>(0, 0) * self.model.structure.gravity * of.mass;
-            of.under_load(placed.length, &q)
-        })
+        let of = self.distributed(member, out);
+        of.map_or_else(Vector6::zeros, |(of, q)| of.under_load(out.placed[member].length, &q))
+    }
+
+    /// Strain energy of a straight uniform element under its own weight alone, J.
+    pub(super) fn sag_energy(&self, member: usize, out: &Statics) -> f64 {
+        let of = self.distributed(member, out);
+        of.map_or(0.0, |(of, q)| of.energy_under_load(out.placed[member].length, &q))
+    }
+
+    /// A straight uniform element that has weight, and that weight, N/m in local axes.
+    fn distributed(&self, member: usize, out: &Statics) -> Option<(PerLength, Vector3<f64>)> {
+        let of = self.members[member].per_length.filter(|of| of.mass != 0.0)?;
+        let axes = out.placed[member].local.fixed_view::<3, 3>(0, 0);
+        Some((of, axes * self.model.structure.gravity * of.mass))
     }
 
     /// Own weight and preloads; where weight is not counted, only the defects of closures load the structure.

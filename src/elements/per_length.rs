@@ -53,6 +53,13 @@ impl PerLength {
         )
     }
 
+    /// Strain energy under a uniform load `q` alone (N/m, local axes), held at the first end, J.
+    pub fn energy_under_load(&self, l: f64, q: &Vector3<f64>) -> f64 {
+        let [a, sy, sz, y, z, _] = self.compliance;
+        let (l3, l5) = (l.powi(3) / 6.0, l.powi(5) / 40.0);
+        q.x * q.x * l3 * a + q.y * q.y * (l5 * z + l3 * sy) + q.z * q.z * (l5 * y + l3 * sz)
+    }
+
     /// Derivative of [`PerLength::under_load`] by the length.
     pub fn under_load_by_length(&self, l: f64, q: &Vector3<f64>) -> Vector6<f64> {
         let [a, sy, sz, y, z, _] = self.compliance;

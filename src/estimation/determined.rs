@@ -7,7 +7,9 @@
 //! tolerance and its interval holds the description. A wide interval alone does no harm. Nor is a narrow one enough: of a payload
 //! the weight alone tells a length along the last axis from where the tool is, and springs that are off moved it by 0.3 m, many times
 //! its interval. One that moved by a hundred times its tolerance and that noise would hide is left as described too, where readings
-//! held out are then predicted no worse: of nearly parallel axes such constants stand for small angles.
+//! held out are then predicted no worse: of nearly parallel axes such constants stand for small angles. So are they where the fit
+//! does not end: only weights and loads show a turn of the base about the vertical apart from that of the first joint, say, and by so little that a
+//! fit creeps along it.
 
 use super::calibration::calibrate_as_asked;
 use super::far::{calibrate_far, describes};
@@ -50,8 +52,14 @@ pub(super) fn calibrate_determined(
         let is_far = |times: f64| moved.min(ci95) > times * parameter.tolerance;
         is_far(WIDE) || is_far(NOT_SIGNIFICANT) && moved < ci95
     };
-    if !is_usual || !found.converged() {
+    if !is_usual {
         return Ok(found);
+    }
+    if !found.converged() {
+        // Along a constant that only weights and loads show, a fit may creep for ever.
+        let asked = Settings { criterion: by_noise(request.campaign, &found), ..settings.clone() };
+        let other = calibrate_as_asked(request.with(&asked), progress).ok().filter(Calibration::converged);
+        return Ok(other.unwrap_or(found));
     }
     let is_undetermined = found.estimates.iter().any(is_undetermined);
     if !is_undetermined && run_away(model, request.campaign, &found).is_empty() {

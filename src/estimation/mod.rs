@@ -50,6 +50,6 @@ pub use result::{Calibration, CalibrationError, Comparison, Estimate, Figures, P
 pub use settings::{RegistrationSettings, Scheme, Settings, StartSettings, Weights, What, loss_fault};
 pub use shared::SharedError;
 pub use since::{Change, LEVEL, changes, comparable, holm, not_stated, with_uncertainties};
-pub use split::{CHECK, split};
+pub use split::{CHECK, SEED, split};
 pub use statistics::{Errors, errors_of};
 pub use weighing::{calibrate, compare, weighed};

@@ -9,6 +9,8 @@ use crate::description::campaign::{Campaign, Sharing, Target};
 const FEWEST: usize = 8;
 /// Share of the configurations that is held out where neither the campaign nor a flag says another.
 pub const CHECK: f64 = 0.25;
+/// Seed by which `identify` draws what is held out where none is given.
+pub const SEED: u64 = 1;
 /// Greatest share that is held out.
 const MOST: f64 = 0.9;
 

@@ -8,14 +8,15 @@ use super::reader::Reader;
 use super::schema_line::name_schema;
 use super::start::{whole_urdf, with_ur_kinematics, with_urdf};
 use crate::description::convention::{declared_path, khalil_kleinfinger};
-use crate::description::raw::{Convention, RawFuzzy, RawRobot};
+use crate::description::raw::{Convention, JointKind, RawFuzzy, RawRobot};
 use crate::description::resolve::{doubtful_sizes, doubtful_urdf, resolve_explained};
-use crate::description::robot::Robot;
+use crate::description::robot::{FrameIndex, Robot};
 use crate::description::ur_kinematics::{self, is_ur_kinematics};
 use crate::description::validity::State;
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place as Location, nearest};
 use crate::kinematics::{AssemblyError, Gap, Geometry};
+use crate::math::wrapped;
 use crate::model::{Fault, Model, build, contradictions};
 use crate::prediction::FittedUncertainty;
 
@@ -329,7 +330,10 @@ fn finish(
         return Err(diagnostics.into_iter().chain(located).collect());
     }
     match Geometry::nominal(&model) {
-        Ok(geometry) => diagnostics.extend(open_loops(&raw, &geometry, texts)),
+        Ok(geometry) => {
+            diagnostics.extend(open_loops(&raw, &geometry, texts));
+            diagnostics.extend(other_assemblies(&raw, &geometry, texts));
+        }
         Err(error) => {
             diagnostics.push(unassembled(&error, texts));
             return Err(diagnostics);
@@ -352,6 +356,44 @@ fn open_loops(raw: &RawRobot, geometry: &Geometry, texts: &Located) -> Vec<Diagn
         Diagnostic::warning(message).at(texts.key(&["loops", name])).remedy(remedy)
     };
     if raw.calibration.fit.is_some() { Vec::new() } else { open.map(warning).collect() }
+}
+
+/// Angle between where a branch is declared and where it closes from which it may be another one, rad: rough values are read to some 20 deg.
+const ANOTHER: f64 = std::f64::consts::FRAC_PI_4;
+
+/// A warning on each loop that closes with a joint far from where its branch is declared: loops close in more than one way.
+fn other_assemblies(raw: &RawRobot, geometry: &Geometry, texts: &Located) -> Vec<Diagnostic> {
+    let frames = &geometry.model.frames;
+    let off = |[declared, found]: [f64; 2]| wrapped(found - declared).abs();
+    let is_angle = |frame: FrameIndex| frames[frame].joint == JointKind::Revolute;
+    let mut far: Vec<(&str, FrameIndex, [f64; 2])> =
+        geometry.assembled().filter(|&(_, frame, values)| is_angle(frame) && off(values) > ANOTHER).collect();
+    far.sort_by(|a, b| off(b.2).total_cmp(&off(a.2)));
+    let mut warned: Vec<&str> = Vec::new();
+    far.retain(|(name, ..)| {
+        !warned.contains(name) && {
+            warned.push(name);
+            true
+        }
+    });
+    let unit = raw.units.angle;
+    let shown = |angle: f64| format!("{:.1} {}", wrapped(angle) / unit.factor(), unit.symbol());
+    let warning = |&(name, frame, [declared, found]): &(&str, FrameIndex, [f64; 2])| {
+        let joint = &frames[frame].name;
+        let given = raw.loops.get(name).is_some_and(|own| own.branch.contains_key(joint));
+        let said = if given { "its `branch` says" } else { "its `branch` says nothing of it, which is taken for" };
+        let message = format!(
+            "loop `{name}` closes with joint `{joint}` at {}, and {said} {}: loops close in more than one way",
+            shown(found),
+            shown(declared)
+        );
+        let remedy = format!(
+            "if that is the assembly of the robot, write `branch: {{{joint}: {:.1}, ..}}`; else give all passive joints of the loop, and `at`, as they are in a configuration of the robot",
+            wrapped(found) / unit.factor()
+        );
+        Diagnostic::warning(message).at(texts.key(&["loops", name])).remedy(remedy)
+    };
+    far.iter().map(warning).collect()
 }
 
 /// What to look at in a description that cannot be assembled.

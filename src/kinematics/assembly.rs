@@ -5,6 +5,7 @@ use super::closure::{ANYHOW, ClosedLoops, Role, Scratch};
 use super::constants::Constants;
 use super::planar::GroundLink;
 use crate::description::raw::LoopKind;
+use crate::description::robot::FrameIndex;
 use crate::model::{LoopGroup, LoopPlan, Stage};
 
 impl ClosedLoops {
@@ -57,6 +58,17 @@ impl ClosedLoops {
             }
             Err(gap) => Err(closed.failure(gap, " where its branch is declared")),
         }
+    }
+}
+
+impl ClosedLoops {
+    /// The joints found: a loop that holds each, its frame, its declared and its found value.
+    pub(super) fn assembled(&self) -> impl Iterator<Item = (&str, FrameIndex, [f64; 2])> {
+        let found = self.group.guess.iter().zip(&self.reference).map(|(guess, found)| [*guess, *found]);
+        self.group.unknowns.iter().zip(found).filter_map(|(&frame, values)| {
+            let is_in = |plan: &&LoopPlan| plan.branches.iter().any(|branch| branch.contains(&frame));
+            Some((self.group.loops.iter().find(is_in)?.name.as_str(), frame, values))
+        })
     }
 }
 

@@ -11,6 +11,7 @@ use super::geometry::{Geometry, Placements};
 use super::transform::Transform;
 use crate::description::raw::JointKind;
 use crate::description::robot::Motion;
+use crate::math::wrapped;
 
 /// A joint: `Rz(theta) Tz(d) Tx(a) Rx(alpha)` lead from its frame to that of the next joint (rad, m).
 #[derive(Debug, Clone, PartialEq)]
@@ -160,10 +161,4 @@ fn frame_of(at: Vector3<f64>, x: Vector3<f64>, z: Vector3<f64>) -> Transform {
 /// Angle from one direction to another about an axis, rad.
 fn signed_angle(from: &Vector3<f64>, to: &Vector3<f64>, axis: &Vector3<f64>) -> f64 {
     from.cross(to).dot(axis).atan2(from.dot(to))
-}
-
-/// An angle within half a turn, rad.
-fn wrapped(angle: f64) -> f64 {
-    let turn = std::f64::consts::TAU;
-    angle - turn * (angle / turn).round()
 }

@@ -7,6 +7,7 @@ use super::closure::{ClosedLoops, Scratch};
 use super::constants::Constants;
 use super::transform::Transform;
 use crate::description::raw::JointKind;
+use crate::description::robot::FrameIndex;
 use crate::model::{Model, Stage};
 use crate::parameter::Slot;
 
@@ -59,6 +60,12 @@ impl<'m> Geometry<'m> {
     /// in the least-squares sense.
     pub fn open_loops(&self) -> impl Iterator<Item = (&str, Gap)> {
         self.loops.iter().map(ClosedLoops::open)
+    }
+
+    /// Passive joints of loops: the first loop that holds each, its frame, where its branch is declared and where it was then assembled, rad
+    /// or m.
+    pub fn assembled(&self) -> impl Iterator<Item = (&str, FrameIndex, [f64; 2])> {
+        self.loops.iter().flat_map(ClosedLoops::assembled)
     }
 
     /// Values by slot.

@@ -5,7 +5,7 @@ use nalgebra::{Rotation3, Vector3};
 use super::Model;
 use crate::description::parameters::Owner;
 use crate::description::raw::{JointKind, LoopKind};
-use crate::description::robot::{Constants, FrameIndex, Motion, NEAR_PARALLEL, Robot, branches};
+use crate::description::robot::{FrameIndex, Motion, NEAR_PARALLEL, Robot, branches};
 use crate::parameter::Slot;
 
 /// The rule, before `calibration.free` and `calibration.fixed` are applied to it:
@@ -106,18 +106,12 @@ pub fn closing_lengths(model: &Model, robot: &Robot) -> Vec<Slot> {
 
 /// Whether the frame's z axis is near-parallel to that of the last joint before it, at nominal values and joints zero.
 fn near_parallel(robot: &Robot, index: FrameIndex) -> bool {
-    let mut axis = constant_rotation(&robot.frames[index].constants) * Vector3::z();
+    let mut axis = robot.frames[index].constants.before_joint() * Vector3::z();
     let mut above = robot.frames[index].antecedent;
     while above != 0 && robot.frames[above].joint == JointKind::Fixed {
         let constants = &robot.frames[above].constants;
-        axis = constant_rotation(constants) * Rotation3::from_axis_angle(&Vector3::z_axis(), constants.theta) * axis;
+        axis = constants.before_joint() * Rotation3::from_axis_angle(&Vector3::z_axis(), constants.theta) * axis;
         above = robot.frames[above].antecedent;
     }
     above != 0 && axis.xy().norm() < NEAR_PARALLEL
-}
-
-fn constant_rotation(c: &Constants) -> Rotation3<f64> {
-    Rotation3::from_axis_angle(&Vector3::y_axis(), c.beta)
-        * Rotation3::from_axis_angle(&Vector3::z_axis(), c.gamma)
-        * Rotation3::from_axis_angle(&Vector3::x_axis(), c.alpha)
 }

@@ -1,9 +1,9 @@
 //! `torque`: what a motor supplies to hold a joint (N.m; N of a sliding one), from a torque sensor or a motor current. Values of
 //! its target: the gain, the offset (N.m or N).
 //!
-//! The holding load is that of the description: own weight, payload, wrench and springs between bodies by virtual work, lengths
-//! as described. It does not change with what calibration changes: a millimetre of a link's length is a tenth of
-//! a N.m under 10 kg, below the noise of the sensors in use.
+//! The holding load is own weight, payload, wrench and springs between bodies by virtual work, nothing deflected. It counts as known in
+//! a fit, which is repeated with the loads of the lengths that it finds (`estimation::calibrate`): a millimetre of a link's length is a tenth of
+//! a N.m under 10 kg.
 
 use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Rows, row};
 

@@ -36,7 +36,10 @@ pub(super) fn follow_their_loads(evidence: &Evidence, limits: &Limits) -> Vec<Di
         Some((vec![way], error(model, &turned, limits)?))
     };
     let tried = |ways: Vec<Hypothesis>| ways.into_par_iter().filter_map(with).collect::<Vec<Trial>>();
-    let mut named = tried(Hypothesis::all(model, &some));
+    let worth = limits.fall * HALF;
+    let may_suffice =
+        |way: &Hypothesis| linear(evidence, &chosen, Some(*way), limits).is_some_and(|left| worth * left <= before);
+    let mut named = tried(Hypothesis::all(model, &some).into_par_iter().filter(may_suffice).collect());
     // Forces and moments weighed otherwise against each other nearly silence one of them: nothing but noise is to be left.
     let is_held = campaign.sigma.is_some();
     let suffices = |way: &Hypothesis, error: f64| match way {
@@ -103,21 +106,25 @@ fn shift(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     Some(diagnostic.figure("shift_mm", 1e3 * by.norm()).figure("fall", fall))
 }
 
-/// Share of the error to which it falls at least, to first order, before a fit is worth its time.
+/// Share of the error to which it falls at least, to first order, before a fit is worth its time; and by how much the first order
+/// may be greater than what that fit leaves. Springs are nearly linear in deflections, and bounds of a fit only add to what it leaves.
 const HALF: f64 = 0.5;
+
+/// What springs, linear about their declared values, leave where the chosen readings are read in another way.
+fn linear(evidence: &Evidence, chosen: &[bool], way: Option<Hypothesis>, limits: &Limits) -> Option<f64> {
+    let (model, campaign) = (evidence.model, evidence.campaign);
+    let (mut read, mut values) = (campaign.clone(), model.registry.nominal());
+    way.into_iter().for_each(|way| way.apply(model, &mut read, &mut values));
+    linear_error(model, &read.select(|_, reading| chosen[reading.pose]), &values, limits)
+}
 
 /// Other ways to read the joints with which springs, linear about their declared values, leave least: only these are fitted.
 fn promising(evidence: &Evidence, chosen: &[bool], limits: &Limits) -> Vec<Hypothesis> {
-    let (model, campaign) = (evidence.model, evidence.campaign);
-    let left = |way: Option<Hypothesis>| {
-        let (mut read, mut values) = (campaign.clone(), model.registry.nominal());
-        way.into_iter().for_each(|way| way.apply(model, &mut read, &mut values));
-        linear_error(model, &read.select(|_, reading| chosen[reading.pose]), &values, limits)
-    };
+    let left = |way| linear(evidence, chosen, way, limits);
     let Some(before) = left(None) else { return Vec::new() };
     let better = |way: Hypothesis| Some((way, left(Some(way)).filter(|error| HALF * before >= *error)?));
     let mut all: Vec<(Hypothesis, f64)> =
-        Hypothesis::of_joints(model, campaign).into_par_iter().filter_map(better).collect();
+        Hypothesis::of_joints(evidence.model, evidence.campaign).into_par_iter().filter_map(better).collect();
     all.sort_by(|a, b| a.1.total_cmp(&b.1));
     all.into_iter().take(SAID).map(|(way, _)| way).collect()
 }

@@ -14,7 +14,7 @@ use crate::description::resolve::heaviest;
 use crate::diagnosis::{Cause, Diagnosis, Level, NoiseSource, Verdict};
 use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::effects::Family;
-use crate::estimation::{CHECK, Calibration, Settings, calibrate, split};
+use crate::estimation::{CHECK, Calibration, SEED, Settings, calibrate, split};
 use crate::math::quantiles::f_tail;
 use crate::model::{EffectEntry, EffectParameter, Model};
 use crate::observation::Purpose;
@@ -172,9 +172,6 @@ fn is_named(step: &Diagnostic, found: &Diagnosis) -> bool {
 fn has_springs(found: &Diagnosis) -> bool {
     found.causes.iter().any(|cause| cause.family == Family::Elastic && cause.level == Level::Law)
 }
-
-/// Seed by which `identify` draws what is held out where none is given.
-const SEED: u64 = 1;
 
 /// Whether a marker is named as having moved on its body.
 fn has_slipped(found: &Diagnosis) -> bool {

@@ -1,5 +1,7 @@
 //! Loads with which motors hold their joints, for readings of torques.
 
+use std::borrow::Cow;
+
 use super::error::PredictionError;
 use super::terms::measured_frames;
 use crate::description::campaign::Campaign;
@@ -17,15 +19,42 @@ use nalgebra::Vector3;
 /// # Errors
 /// A configuration that cannot be assembled.
 pub fn fill_holding_loads(model: &Model, campaign: &mut Campaign) -> Result<(), PredictionError> {
-    let is_measured = campaign.conditions.torques.iter().any(Option::is_some);
-    if !is_measured && campaign.readings.iter().all(|reading| reading.observes.by_variable().is_none()) {
+    fill(model, campaign, &model.registry.nominal())
+}
+
+/// The campaign with the holding loads, and the described ones, at `values` (all slots, SI), such as those of a calibration; as it is where
+/// no load of a joint is measured.
+///
+/// # Errors
+/// As [`fill_holding_loads`].
+pub fn with_holding_loads<'c>(
+    model: &Model,
+    campaign: &'c Campaign,
+    values: &[f64],
+) -> Result<Cow<'c, Campaign>, PredictionError> {
+    if !measures_loads(campaign) {
+        return Ok(Cow::Borrowed(campaign));
+    }
+    let mut filled = campaign.clone();
+    fill(model, &mut filled, values)?;
+    Ok(Cow::Owned(filled))
+}
+
+/// Whether loads of joints are read, or measured next to other readings.
+fn measures_loads(campaign: &Campaign) -> bool {
+    campaign.conditions.torques.iter().any(Option::is_some)
+        || campaign.readings.iter().any(|reading| reading.observes.by_variable().is_some())
+}
+
+fn fill(model: &Model, campaign: &mut Campaign, values: &[f64]) -> Result<(), PredictionError> {
+    if !measures_loads(campaign) {
         return Ok(());
     }
+    let is_measured = campaign.conditions.torques.iter().any(Option::is_some);
     if is_measured {
         campaign.conditions.described_loads = vec![vec![f64::NAN; campaign.readings.len()]; model.variables.len()];
     }
-    let values = model.registry.nominal();
-    let mechanics = Mechanics::new(model, &values, Loads { weight: false, wrench: false }, &[])?;
+    let mechanics = Mechanics::new(model, values, Loads { weight: false, wrench: false }, &[])?;
     let springs = model.structure.springs.iter().map(AsRef::as_ref);
     let springs: Vec<&Spring> = springs.filter(|spring: &&Spring| spring.spring.free_length.is_some()).collect();
     let mut frames = measured_frames(model, campaign);
@@ -42,7 +71,7 @@ pub fn fill_holding_loads(model: &Model, campaign: &mut Campaign) -> Result<(), 
         plan.place(&mechanics, &mut state, &mut loads);
         let reading = campaign.readings[index];
         plan.load(&state, &mechanics.point(&state, &reading, &reading.wrench), &mut loads);
-        let pulls: Vec<_> = springs.iter().map(|spring| Pull::new(spring, &values, &state.placements.frames)).collect();
+        let pulls: Vec<_> = springs.iter().map(|spring| Pull::new(spring, values, &state.placements.frames)).collect();
         let driven = |variable: usize| {
             let own = loads.total[variable] * loads.joint_rate[variable];
             pulls.iter().fold(own, |driven, pull| driven - pull.power(|frame| loads.twists.of(frame)[variable]))

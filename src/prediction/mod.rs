@@ -22,7 +22,7 @@ pub use batch::{Linearised, Predictor, residuals};
 pub use configurations::{ConfigurationError, ConfigurationErrors, NoiseParts};
 pub use effects::effect_columns;
 pub use error::PredictionError;
-pub use holding::fill_holding_loads;
+pub use holding::{fill_holding_loads, with_holding_loads};
 pub use reading::{earlier_normal, target_values, undeflected_point};
 pub use single::{Seen, SingleError, SinglePredictor, SingleWorkspace};
 pub use survey::{joint_loads, survey};

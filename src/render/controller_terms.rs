@@ -7,6 +7,7 @@ use crate::description::khalil_kleinfinger::clean;
 use crate::description::robot::Motion;
 use crate::description::table::Sheet;
 use crate::kinematics::{DenavitHartenberg, Transform, rotation_vector};
+use crate::math::wrapped;
 use crate::model::Model;
 
 /// Names of the columns, in the order in which they are applied.
@@ -76,7 +77,11 @@ pub fn dh(
         sheet.column(name, move |row| cell(own, row).map_or_else(String::new, number));
         if let Some(other) = other {
             sheet.column(format!("{name}.nominal"), move |row| cell(other, row).map_or_else(String::new, number));
-            let change = move |row| Some(cell(own, row)? - cell(other, row)?);
+            let is_angle = name.ends_with("_deg");
+            let change = move |row| {
+                let change = cell(own, row)? - cell(other, row)?;
+                Some(if is_angle { wrapped(change.to_radians()).to_degrees() } else { change })
+            };
             sheet.column(format!("{name}.change"), move |row| change(row).map_or_else(String::new, number));
         }
     }

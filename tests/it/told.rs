@@ -79,6 +79,25 @@ fn a_xacro_is_one_whatever_its_name() {
 }
 
 #[test]
+fn a_variable_that_moves_nothing_is_told_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let robot = |variables: &str| {
+        format!(
+            "robot: r\nunits: {{length: mm, angle: deg}}\nvariables: [{variables}]\nframes:\n  \
+             1: {{antecedent: 0, joint: revolute, variable: q1, r: 340}}\n  \
+             2: {{antecedent: 1, joint: revolute, variable: q2, alpha: -90}}\ntool: {{frame: 2}}\n"
+        )
+    };
+    for (variables, words) in [
+        ("q1, q2, q3", ["no joint and no actuator has the variable `q3`", "or remove it here"]),
+        ("q1, qq2", ["no joint and no actuator has the variable `qq2`", "did you mean `q2`?"]),
+    ] {
+        std::fs::write(folder.path().join("robot.yaml"), robot(variables)).expect("written");
+        refused(&run(folder.path(), &["check", "robot.yaml"]), &words);
+    }
+}
+
+#[test]
 fn all_that_is_wrong_with_an_effect_is_said() {
     let folder = tempfile::tempdir().expect("a folder");
     let start = run(folder.path(), &["init", "r"]);

@@ -25,6 +25,7 @@ use crate::math::quantiles::{HUBER, TUKEY};
 use crate::model::{Model, of_sessions, with_values};
 use crate::parameter::{Group, Slot};
 use crate::plausibility::{Evidence, Limits, forced, is_above_noise, judge, why_not_computed};
+use crate::prediction::with_holding_loads;
 use crate::render::identification as render;
 use crate::render::tables;
 use crate::results::{AgainstOther, CombinedParameters, Identification, SchemeComparison, Since};
@@ -191,6 +192,8 @@ pub(super) fn calibrated(
         Ok(found) => found,
         Err(error) => return Err(not_computed(error.into(), model, campaign, session)),
     };
+    let loaded_joints = with_holding_loads(model, campaign, &found.values)?;
+    let campaign = &*loaded_joints;
     let mut saved = with_uncertainties(&with_values(raw, model, &found.values), model, &found);
     let range = RawValidity::of(campaign, &model.variable_names());
     saved.validity = Some(range);

@@ -1,5 +1,7 @@
 //! Closed loops: the frames that meet, and which joints the loop moves.
 
+use nalgebra::Vector3;
+
 use super::super::frame::{Frame, FrameIndex, Motion, NEAR_PARALLEL, branches};
 use super::super::raw::{JointKind, LoopKind, Meet, RawLoop, RawRobot};
 use super::super::robot::{Loop, Variable};
@@ -148,10 +150,19 @@ fn whole_turns_off(
     diagnostics.diagnostics.extend(turned(&what, value, limits, unit).map(|found| found.at(place)));
 }
 
-/// Revolute (or fixed) throughout, with parallel axes: alpha 0 or 180 deg past the first frame of each branch.
+/// Revolute (or fixed) throughout, with parallel axes: those of the first frames of both branches, and alpha 0 or 180 deg past
+/// these.
 fn is_planar(frames: &[Frame], a: FrameIndex, b: FrameIndex) -> bool {
     let tilted = |alpha: f64| alpha.sin().abs() > NEAR_PARALLEL;
-    branches(frames, a, b).iter().all(|branch| {
+    let branches = branches(frames, a, b);
+    let axis =
+        |branch: &Vec<FrameIndex>| branch.first().map(|&first| frames[first].constants.before_joint() * Vector3::z());
+    if let [Some(a), Some(b)] = [&branches[0], &branches[1]].map(axis)
+        && a.cross(&b).norm() > NEAR_PARALLEL
+    {
+        return false;
+    }
+    branches.iter().all(|branch| {
         branch.iter().enumerate().all(|(position, &index)| {
             let frame = &frames[index];
             let slides = frame.joint == JointKind::Prismatic;

@@ -9,6 +9,7 @@ use super::collector::Collector;
 use super::couplings::{coupling_circles, couplings, followed_first};
 use super::drivers::{Drivers, find, frame_names, one_driver_each};
 use super::loops::loops;
+use crate::diagnostic::nearest;
 
 pub struct Motions {
     pub variables: Vec<Variable>,
@@ -92,7 +93,16 @@ fn ordered_variables(raw: &RawRobot, frames: &[Frame], diagnostics: &mut Collect
             if frames.chain(actuators).any(|path| diagnostics.explained(&path)) {
                 continue;
             }
-            diagnostics.unknown(&path, "variable", variable, users.iter().map(|(known, _)| known.as_str()));
+            let free =
+                users.iter().map(|(known, _)| known.as_str()).filter(|known| !raw.variables.iter().any(|v| v == known));
+            let message = format!("no joint and no actuator has the variable `{variable}`");
+            let remedy = match nearest(variable, free) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => {
+                    "give it to a joint (`frames: {..: {variable: ..}}`) or an actuator, or remove it here".to_owned()
+                }
+            };
+            diagnostics.reject(&path, message, remedy);
         } else {
             names.push(variable);
         }

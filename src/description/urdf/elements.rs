@@ -114,13 +114,18 @@ pub(super) fn survey<'a>(source: &mut Source<'a>, document: &'a Document<'a>) ->
     survey
 }
 
-/// Elements of xacro, whatever its namespace is called.
-const XACRO: [&str; 6] = ["macro", "property", "include", "arg", "if", "unless"];
+/// Elements of xacro, whatever its namespace is called; what other languages have too, such as `include`, is known by its prefix.
+const XACRO: [&str; 2] = ["macro", "property"];
 
 /// Where xacro has not done its work.
 fn unexpanded(document: &Document) -> Option<Range<usize>> {
     document.descendants().filter(Node::is_element).find_map(|node| {
-        let is_of_xacro = |space: &str| space.contains("xacro") || XACRO.contains(&node.tag_name().name());
+        let is_of_xacro = |space: &str| {
+            let is_so_called = |name: &str| name.contains("xacro");
+            is_so_called(space)
+                || node.lookup_prefix(space).is_some_and(is_so_called)
+                || XACRO.contains(&node.tag_name().name())
+        };
         if node.tag_name().namespace().is_some_and(is_of_xacro) {
             return Some(tag(node));
         }
@@ -390,13 +395,15 @@ impl<'a> Reader<'_, 'a> {
             let start = range.start + (token.as_ptr() as usize - value.as_ptr() as usize);
             let at = if plain { start..start + token.len() } else { range };
             let comma = "numbers have a decimal point and are separated by blanks";
-            self.source.error(at, message, if token.contains(',') { comma } else { "" });
+            let remedy = if token.contains(',') { comma } else { "write a number, such as `0.25` or `1e-3`" };
+            self.source.error(at, message, remedy);
             return [0.0; N];
         }
         let count = list.len();
         list.try_into().unwrap_or_else(|_| {
             let wanted = if N == 1 { "one number".to_owned() } else { format!("{N} numbers") };
-            self.source.error(range, format!("`{attribute}` must hold {wanted}, it holds {count}"), "");
+            let remedy = format!("write {attribute}=\"{}\", say", [if N == 1 { "1" } else { "0" }; N].join(" "));
+            self.source.error(range, format!("`{attribute}` must hold {wanted}, it holds {count}"), &remedy);
             [0.0; N]
         })
     }

@@ -156,7 +156,14 @@ fn joints_and_their_axes() {
     error("continuous", "continous", 18, "continous", "unknown type of joint", "`continuous`");
     error(r#"axis xyz="0 1 0""#, r#"axis xyz="0 0 0""#, 21, "0 0 0", "the axis is zero", "unit vector");
     error(r#"axis xyz="0 1 0""#, r#"axis xyz="0 nan 0""#, 21, "nan", "not a finite number", "");
-    error(r#"axis xyz="0 1 0""#, r#"axis xyz="0 1""#, 21, "0 1", "must hold 3 numbers, it holds 2", "");
+    error(
+        r#"axis xyz="0 1 0""#,
+        r#"axis xyz="0 1""#,
+        21,
+        "0 1",
+        "must hold 3 numbers, it holds 2",
+        "write xyz=\"0 0 0\"",
+    );
     error(r#"<axis xyz="0 1 0"/>"#, "<axis/>", 21, "<axis", "lacks `xyz`", "");
     warning(r#"axis xyz="0 1 0""#, r#"axis xyz="0 2 0""#, 21, "0 2 0", "the axis is 2 long", "direction is taken");
     let (robot, _) = import("r.urdf", &SOUND.replace("0 1 0", "0 2 0")).unwrap();
@@ -174,13 +181,27 @@ fn joints_and_their_axes() {
 fn numbers() {
     error(r#"xyz="0 0 1" rpy"#, r#"xyz="0 0,5 1" rpy"#, 14, "0,5", "not a number", "decimal point");
     error(r#"rpy="0 0 0""#, r#"rpy="0 inf 0""#, 14, "inf", "not a finite number", "");
-    error(r#"rpy="0 0 0""#, r#"rpy="0 0 0 1""#, 14, "0 0 0 1", "must hold 3 numbers, it holds 4", "");
+    error(
+        r#"rpy="0 0 0""#,
+        r#"rpy="0 0 0 1""#,
+        14,
+        "0 0 0 1",
+        "must hold 3 numbers, it holds 4",
+        "write rpy=\"0 0 0\"",
+    );
     error(r#"rpy="0 0 0""#, r#"quat_xyzw="0 0 0 1""#, 14, "0 0 0 1", "`quat_xyzw`", "rpy");
     warning(r#"rpy="0 0 0""#, r#"rpyy="0 0 0""#, 14, "rpyy", "`rpyy` is not an attribute of `origin`", "`rpy`");
     error(r#"<mass value="2"/>"#, r#"<mass value="-2"/>"#, 6, "-2", "is negative", "");
     error(r#"<mass value="2"/>"#, "", 4, "<inertial", "lacks `<mass>`", "");
     error(r#"ixy="0" "#, r#"ixy="O" "#, 7, "O", "not a number", "");
-    error(r#"multiplier="2""#, r#"multiplier="""#, 22, "", "must hold one number, it holds 0", "");
+    error(
+        r#"multiplier="2""#,
+        r#"multiplier="""#,
+        22,
+        "",
+        "must hold one number, it holds 0",
+        "write multiplier=\"1\"",
+    );
 }
 
 #[test]
@@ -229,6 +250,11 @@ fn a_xacro_file() {
     assert!(said.len() == 1 && said[0].remedy.as_deref().unwrap().contains("run xacro first"), "{said:#?}");
     let declared = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:arg name=\"a\"/>";
     error("<robot name=\"r\">", declared, 1, "<xacro:arg", "xacro", "run xacro first");
+    let prefixed = "<robot name=\"r\" xmlns:xacro=\"http://example.org/tools\"><xacro:if value=\"1\"/>";
+    error("<robot name=\"r\">", prefixed, 1, "<xacro:if", "xacro", "run xacro first");
+    let included = "<xi:include xmlns:xi=\"http://www.w3.org/2001/XInclude\" href=\"more.xml\"/>";
+    let said = broken("<link name=\"hand\"/>", &format!("<link name=\"hand\"/>{included}"));
+    assert!(said.len() == 1 && said[0].message.contains("elements that are not read: `include` (1)"), "{said:#?}");
 }
 
 #[test]

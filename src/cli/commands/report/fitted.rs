@@ -14,6 +14,7 @@ use crate::diagnostic::Code;
 use crate::estimation::{Settings, calibrate};
 use crate::files::LoadedCampaign;
 use crate::plausibility::{Evidence, Limits, judge, judge_result};
+use crate::prediction::with_holding_loads;
 use crate::render::html::fitted_page;
 use crate::results::{CombinedParameters, FittedReport, Identification};
 
@@ -35,6 +36,8 @@ pub fn run(
     let found = calibrate(model, campaign, held_out, &settings, &mut |_: &_| bar.set_message("calibrating".into()))
         .map_err(|error| not_computed(error.into(), model, campaign, session))?;
     drop(bar);
+    let loaded_joints = with_holding_loads(model, campaign, &found.values)?;
+    let campaign = &*loaded_joints;
     let mut identify = Identification::new(model, campaign, &found, started.elapsed().as_secs_f64());
     let declared = &loaded.robot.robot.calibration.combinations;
     identify.conventions = CombinedParameters::all(declared, model, &found);
