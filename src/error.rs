@@ -96,7 +96,7 @@ impl Error {
             }
             Self::Refusal(_) => "choose another posture, or another place of the path",
             Self::Assembly(_) => ASSEMBLY,
-            Self::Mechanism(_) => "give what moves without force a stiffness, or support it",
+            Self::Mechanism(error) => error.remedy(),
             Self::Prediction(error) => of_prediction(error),
             Self::Calibration(error) => of_calibration(error),
             Self::Compensator(_) => "measure more of what it is identified from, or give what is known of it",
@@ -179,7 +179,7 @@ fn of_prediction(error: &PredictionError) -> &'static str {
         PredictionError::Assembly { .. } | PredictionError::Model(_) => {
             "look at joints of that row (signs, columns, units; `check` says what it holds) and at the lengths of the loop"
         }
-        PredictionError::Mechanism { .. } => "give what moves without force a stiffness, or support it",
+        PredictionError::Mechanism { source, .. } => source.remedy(),
         PredictionError::TooGreat { .. } => {
             "look at the loads of that row and at `force`, `torque` and `stiffness` under `units:`"
         }

@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use crate::Error;
+use crate::diagnostic::Diagnostic;
 use crate::files::Reader;
 use crate::render::diagnostics::{inert_lines, render};
 use crate::render::table::Screen;
@@ -113,6 +114,9 @@ fn performed(words: impl IntoIterator<Item = OsString>, reader: Reader) -> u8 {
         spare_inputs(&session, &output)?;
         session.terminal.warn(&output.diagnostics);
         deliver(&session, &output)?;
+        if output.failed && arguments.quiet {
+            write_error(&why_failed(&output, color));
+        }
         Ok((output.failed, output.alarm))
     });
     match delivered {
@@ -133,6 +137,16 @@ fn performed(words: impl IntoIterator<Item = OsString>, reader: Reader) -> u8 {
             }
             status
         }
+    }
+}
+
+/// Why a result is a refusal, where nothing else shows it.
+fn why_failed(output: &Output, color: bool) -> String {
+    let tells = |found: &&Diagnostic| found.is_error() || found.code.forbids_saving();
+    let why: Vec<Diagnostic> = output.diagnostics.iter().filter(tells).cloned().collect();
+    match why.is_empty() {
+        true => "error: the result is a refusal\n = help: without --quiet it says why\n".into(),
+        false => render(&why, color),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Numbers and lists on the command line.
 
 use crate::Error;
+use crate::description::columns::TOOL_POINT;
 use crate::description::resolve::GREATEST;
 use crate::description::units::Units;
 use crate::diagnostic::Diagnostic;
@@ -261,7 +262,7 @@ pub fn markers(model: &Model, names: &[String]) -> Result<Vec<Option<usize>>, Er
     for name in names {
         match model.marker(name) {
             Some(marker) => markers.push(Some(marker)),
-            None if matches!(name.as_str(), "TCP" | "tcp" | "tool") => markers.push(None),
+            None if TOOL_POINT.contains(&name.as_str()) => markers.push(None),
             None => {
                 let valid = model.markers.iter().map(|marker| marker.name.as_str()).chain(["TCP"]);
                 return Err(Error::unknown(format!("unknown marker `{name}`"), name, valid));

@@ -27,6 +27,8 @@ const ABOUT: [&str; 13] = [
 
 /// Owners of parameters that are no element's: the base, the tool and the instrument; no element may have their names.
 pub const OWNERS: [&str; 3] = ["base", "tool", "instrument"];
+/// What tables of measurements call the tool's own point, which is no marker.
+pub const TOOL_POINT: [&str; 3] = ["TCP", "tcp", "tool"];
 
 /// First parts of columns that name a variable, frame or coordinate after a dot.
 const PREFIXES: [&str; 6] = ["approach.", "temperature.", "commanded.", "recorded.", "torque.", "sigma."];

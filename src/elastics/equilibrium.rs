@@ -80,7 +80,7 @@ pub fn equilibrium(
     let growth = pose.growth()?;
     if growth > 1.0 + NEUTRAL {
         let factor = 1.0 / growth;
-        return Err(Mechanism(format!(
+        return Err(Mechanism::Moves(format!(
             "the equilibrium found is not stable, its tangent stiffness is not positive definite: buckling begins at {factor:.3} of this load"
         )));
     }
@@ -228,7 +228,7 @@ impl<'a> Pose<'a> {
             }
             last = moved;
         }
-        Err(Mechanism(format!(
+        Err(Mechanism::Moves(format!(
             "no equilibrium at the deflected pose: the last iteration still moved it by {last:.1e} m or rad; the load is near or beyond buckling"
         )))
     }

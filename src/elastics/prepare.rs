@@ -6,16 +6,30 @@ use super::compiled::Elastics;
 use super::statics::{ClosingStatics, Mechanism, Statics};
 use crate::elements::{Configuration, Deflected, Placed};
 use crate::kinematics::Placements;
-use crate::model::Spot;
+use crate::model::{Boom, Spot};
 
 impl Elastics<'_> {
     /// Prepares the statics of a placed configuration.
     ///
     /// # Errors
-    /// [`Mechanism`] if a released direction can move without any force.
+    /// [`Mechanism`] if a released direction can move without any force, or a boom is drawn into its sleeve.
     pub fn prepare(&self, placements: &Placements, out: &mut Statics) -> Result<(), Mechanism> {
         self.undeflected(placements, &mut out.points);
+        self.are_out(placements, &out.points)?;
         self.prepare_at(placements, None, out)
+    }
+
+    /// Whether something of every boom is out of its sleeve.
+    fn are_out(&self, placements: &Placements, points: &[Vector3<f64>]) -> Result<(), Mechanism> {
+        let is_out = |boom: &&Boom| {
+            let along = points[boom.ends[1]] - points[boom.ends[0]];
+            let out = (placements.frames[boom.frame].rotation * Vector3::z()).dot(&along);
+            if boom.is_along { out > 0.0 } else { out < 0.0 }
+        };
+        match self.model.structure.booms.iter().find(|boom| !is_out(boom)) {
+            Some(boom) => Err(Mechanism::DrawnIn { beam: boom.name.clone() }),
+            None => Ok(()),
+        }
     }
 
     /// Positions of the vertices with nothing deflected, m, base frame.

@@ -5,10 +5,29 @@ use nalgebra::{Matrix6, Matrix6x3, Vector3, Vector6};
 use super::elimination::Elimination;
 use crate::elements::{Held, Placed};
 
-/// A structure that can move without any force.
+/// Why a structure has no statics at a configuration.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{0}")]
-pub struct Mechanism(pub String);
+pub enum Mechanism {
+    /// It can move without any force, or buckles.
+    #[error("{0}")]
+    Moves(String),
+    /// Nothing of a boom is out of its sleeve.
+    #[error("beam `{beam}` is drawn into its sleeve here: nothing of it is out")]
+    DrawnIn {
+        /// Name.
+        beam: String,
+    },
+}
+
+impl Mechanism {
+    /// What to do about it.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Moves(_) => "give what moves without force a stiffness, or support it",
+            Self::DrawnIn { .. } => "slide it further out; `limits` of its joint, where they are declared, keep it out",
+        }
+    }
+}
 
 /// Statics at one configuration. Reused between configurations: nothing is allocated after the first.
 #[derive(Debug, Clone, Default)]

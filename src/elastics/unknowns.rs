@@ -94,6 +94,6 @@ impl Elastics<'_> {
             names.push(format!("node `{name}` can {motion} its axis: {what} is passive and {why}"));
         }
         names.dedup();
-        if names.is_empty() { Ok(()) } else { Err(Mechanism(names.join("; "))) }
+        if names.is_empty() { Ok(()) } else { Err(Mechanism::Moves(names.join("; "))) }
     }
 }

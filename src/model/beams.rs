@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::Fault;
 use super::builder::Builder;
-use super::structure::{Edge, Spot};
+use super::structure::{Boom, Edge, Spot};
 use crate::description::elastic;
 use crate::description::raw::{BeamTheory, JointKind};
 use crate::description::robot::{FrameIndex, PLACEMENT_SYMBOLS};
@@ -91,9 +91,12 @@ impl Builder<'_> {
                 self.faults.push(Fault::new(&["beams", &beam.name], diagnostic));
                 continue;
             }
-            if let Some(fault) = self.drawn_in(beam, [first, last], length) {
-                self.faults.push(fault);
-                continue;
+            if let Some(boom) = self.boom(beam, [first, last]) {
+                if let Some(fault) = self.drawn_in(&boom, length) {
+                    self.faults.push(fault);
+                    continue;
+                }
+                self.structure.booms.push(boom);
             }
             let normal = self.normal(beam.normal, [first, last].map(|end| self.structure.at_home(end)));
             let parts = beam.elements.max(1);
@@ -122,19 +125,25 @@ impl Builder<'_> {
         }
     }
 
-    /// Of a boom that slides: limits of its joint within which nothing of it is out of its sleeve. Its length (m) is that with the slide in
-    /// the middle of them.
-    fn drawn_in(&self, beam: &elastic::Beam, ends: [VertexIndex; 2], length: f64) -> Option<Fault> {
+    /// A beam one end of which moves with the prismatic joint of its body, and the other does not.
+    fn boom(&self, beam: &elastic::Beam, ends: [VertexIndex; 2]) -> Option<Boom> {
         let nodes = beam.nodes.map(|node| &self.robot.elastic.nodes[node]);
-        let own = self.root(nodes[0].body);
-        let frame = &self.robot.frames[own];
+        let frame = self.root(nodes[0].body);
+        let moves = nodes.map(|node| self.root(node.at) == frame);
+        let along = self.structure.at_home(ends[1]) - self.structure.at_home(ends[0]);
+        let is_along = (self.structure.home[frame] * Vector3::z()).dot(&along) > 0.0;
+        let slides = self.robot.frames[frame].joint == JointKind::Prismatic && moves[0] != moves[1];
+        slides.then(|| Boom { name: beam.name.clone(), ends, frame, second_slides: moves[1], is_along })
+    }
+
+    /// Of a boom: limits of its joint within which nothing of it is out of its sleeve. Its length (m) is that with the slide in the middle of
+    /// them.
+    fn drawn_in(&self, beam: &Boom, length: f64) -> Option<Fault> {
+        let frame = &self.robot.frames[beam.frame];
         let [low, high] = frame.limits.filter(|limits| limits.iter().all(|limit| limit.is_finite()))?;
-        let moves = nodes.map(|node| self.root(node.at) == own);
-        if frame.joint != JointKind::Prismatic || moves[0] == moves[1] {
-            return None;
-        }
-        let along = (self.structure.at_home(ends[1]) - self.structure.at_home(ends[0])) / length;
-        let rate = (self.structure.home[own] * Vector3::z()).dot(&along) * if moves[1] { 1.0 } else { -1.0 };
+        let along = (self.structure.at_home(beam.ends[1]) - self.structure.at_home(beam.ends[0])) / length;
+        let axis = (self.structure.home[beam.frame] * Vector3::z()).dot(&along);
+        let rate = if beam.second_slides { axis } else { -axis };
         let at = if rate > 0.0 { low } else { high };
         let least = length + rate * (at - 0.5 * (low + high));
         if least > 0.0 {

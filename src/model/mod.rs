@@ -31,7 +31,7 @@ pub use fault::Fault;
 pub use local_springs::LocalSprings;
 pub use loops::{LoopGroup, LoopPlan, Stage};
 pub use rewrite::{of_sessions, with_fuzzy, with_values};
-pub use structure::{Edge, MassElement, Spot, Structure, Vertex};
+pub use structure::{Boom, Edge, MassElement, Spot, Structure, Vertex};
 
 use crate::description::fuzzy::Input;
 use crate::description::parameters::Owner;

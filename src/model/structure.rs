@@ -39,8 +39,25 @@ pub struct Structure {
     pub home: Vec<Isometry3<f64>>,
     /// Nodes by name, and the vertex that each is.
     pub nodes: Vec<(String, VertexIndex)>,
+    /// Beams whose length follows a joint.
+    pub booms: Vec<Boom>,
     /// Degrees of freedom of the nodes that are not joined rigidly, and of those left when the ground is held.
     pub freedom: [usize; 2],
+}
+
+/// A beam whose length follows a prismatic joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Boom {
+    /// Name of the beam.
+    pub name: String,
+    /// Its two vertices.
+    pub ends: [VertexIndex; 2],
+    /// The frame that slides, along its z.
+    pub frame: FrameIndex,
+    /// Whether its second end slides, or its first.
+    pub second_slides: bool,
+    /// Whether it points along that axis, or against it, as far as something of it is out.
+    pub is_along: bool,
 }
 
 /// A point that moves rigidly with a frame, or lies between two vertices.

@@ -3,9 +3,9 @@
 use super::evidence::{Evidence, Limits};
 use super::outlying::far_readings;
 use super::{
-    amount, another_robot, approach, beyond, common_factor, constraints, deflections, instrument, midway, nearer,
-    numerics, other_joints, outlying, own_weight, parameters, payload, placement, points, readings, sessions, springs,
-    stated_noise, torques, unfitted_springs,
+    amount, another_robot, approach, beyond, common_factor, constraints, deflections, instrument, lengths_under_load,
+    midway, nearer, numerics, other_joints, outlying, own_weight, parameters, payload, placement, points, readings,
+    sessions, springs, stated_noise, torques, unfitted_springs,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
@@ -98,6 +98,8 @@ checks! {
             "no reading is far from the fit to the others, and no quarter of them is",
         midway::stands_still: [MovedMidway]
             "what is left does not step at one row of the files",
+        lengths_under_load::as_described: [UnlikeDescription]
+            "with one length or angle of the description fitted too, springs leave as much of the deflections as without",
         deflections::zeroed: [Misread]
             "deflections are not all shifted alike: the readings without load were of the unloaded robot",
         parameters::near_their_description: [MovedFar]

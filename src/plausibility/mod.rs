@@ -21,6 +21,7 @@ mod evidence;
 mod fitted;
 mod hypothesis;
 mod instrument;
+mod lengths_under_load;
 mod meant;
 mod midway;
 mod nearer;

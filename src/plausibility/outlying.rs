@@ -20,7 +20,7 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate, least_median, registered};
 use crate::least_squares::Loss;
 use crate::math::quantiles::HUBER;
-use crate::math::{median, orthonormal, quantiles::f_tail};
+use crate::math::{median, norm, orthonormal, quantiles::f_tail};
 use crate::model::Model;
 use crate::observation::Rows;
 use crate::prediction::{Linearised, Predictor, residuals};
@@ -187,8 +187,7 @@ fn of_one_kind(campaign: &Campaign, wrong: &[usize]) -> Option<(&'static str, &'
 
 /// After a calibration: fitted readings by deletion, held-out ones by their errors.
 pub(super) fn after(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
-    let described =
-        |(wrong, size, middle): (Vec<usize>, Vec<f64>, f64)| described(evidence, &wrong, &|k| size[k], middle);
+    let described = |found: (Vec<usize>, Vec<f64>, f64)| by_lengths_or_turned(evidence, limits, found);
     // A robust fit shows what the plain one hides.
     let few = || {
         let plain = outlying(evidence, limits).map(described).or_else(|| turned(evidence, limits));
@@ -200,6 +199,24 @@ pub(super) fn after(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
         })
     };
     many(evidence, limits).or_else(few).into_iter().collect()
+}
+
+/// What is said of readings that are far off, or of their orientations where their lengths alone are as those of the others.
+fn by_lengths_or_turned(
+    evidence: &Evidence,
+    limits: &Limits,
+    (wrong, size, middle): (Vec<usize>, Vec<f64>, f64),
+) -> Diagnostic {
+    let campaign = evidence.campaign;
+    let lengths = |(reading, rows): (&Reading, &[f64])| norm(&rows[..reading.observes.length_rows().min(rows.len())]);
+    let of_lengths = || {
+        let found = evidence.found?;
+        let all: Vec<f64> = campaign.by_reading(&found.residual, 1).map(lengths).collect();
+        let floor = limits.outlying * (all.len() as f64).cbrt() * median(&mut all.clone())?;
+        let has_angles = |k: usize| campaign.readings[k].observes.angle_rows() > 0;
+        wrong.iter().all(|&k| has_angles(k) && all[k] <= floor).then(|| turned(evidence, limits))?
+    };
+    of_lengths().unwrap_or_else(|| described(evidence, &wrong, &|k| size[k], middle))
 }
 
 /// What is said of readings whose lengths are as those of the others, and whose rotations are far off: each of the two is judged by its

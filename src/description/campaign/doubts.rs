@@ -6,9 +6,10 @@ use indexmap::IndexMap;
 
 use super::amount::SAME_CONFIGURATION;
 use super::columns::joint_column;
+use super::noise_doubts::of_no_reading;
 use super::raw::RawCampaign;
 use super::source::Source;
-use super::{Campaign, OrderBy, Payload, Reading};
+use super::{Campaign, OrderBy, Payload};
 use crate::description::limits::{READINGS, beyond};
 use crate::description::resolve::Locate;
 use crate::description::robot::{Robot, Variable};
@@ -44,7 +45,7 @@ pub fn doubts(
         two_temperatures(campaign, &place),
     ];
     diagnostics.extend(suspect.into_iter().flatten().map(|doubt| doubt.code(Code::SuspectReadings)));
-    diagnostics.extend(only_ppm(campaign, raw, locate));
+    diagnostics.extend(of_no_reading(campaign, raw, locate, sources));
     diagnostics.extend(one_side(campaign, robot, &place));
     diagnostics.extend(without_predecessor(campaign));
     diagnostics
@@ -58,17 +59,6 @@ pub fn doubts(
         diagnostics.push(diagnostic.remedy("give the load of each reading in columns fx, fy, fz, mx, my, mz"));
     }
     diagnostics
-}
-
-/// A part of the distance that is added to a noise which nobody states.
-fn only_ppm(campaign: &Campaign, raw: &RawCampaign, locate: Locate) -> Option<Diagnostic> {
-    raw.instrument.as_ref()?.ppm?;
-    let is_unstated = |reading: &Reading| reading.observes.length_rows() > 0 && !reading.noise.is_stated[0];
-    campaign.readings.iter().any(is_unstated).then(|| {
-        let message = "`ppm` of the instrument is added to a `sigma`, which is not stated: no noise is known";
-        let diagnostic = Diagnostic::warning(message).code(Code::Doubtful).at(locate(&["instrument", "ppm"]));
-        diagnostic.remedy("state `sigma` too, the part that does not grow with the distance")
-    })
 }
 
 /// Greatest mass of a payload, kg: the strongest industrial arms carry 2.3 t.

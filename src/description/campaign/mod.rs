@@ -8,6 +8,7 @@ mod configurations;
 mod contradictions;
 mod doubts;
 mod faults;
+mod noise_doubts;
 mod order;
 pub mod raw;
 mod raw_certificate;

@@ -2,6 +2,7 @@
 
 use super::row::{Faults, OfFile, Row, unknown};
 use super::{Campaign, LOAD_POINT, LoadPoint, Payload, WRENCH};
+use crate::description::columns::TOOL_POINT;
 use crate::description::robot::Robot;
 use crate::diagnostic::Diagnostic;
 
@@ -19,7 +20,7 @@ pub fn load_point(row: &Row, file: &OfFile, robot: &Robot, measured: Option<usiz
     let Robot { markers, frames, tool, .. } = robot;
     let frame_of = |marker: Option<usize>| marker.map_or(tool.frame, |marker| markers[marker].frame);
     let found = match name {
-        "TCP" | "tcp" | "tool" => Some((LoadPoint::Marker(None), tool.frame)),
+        name if TOOL_POINT.contains(&name) => Some((LoadPoint::Marker(None), tool.frame)),
         name => {
             let marker = markers.iter().position(|marker| marker.name == name).map(Some);
             let frame = || frames.iter().position(|frame| frame.name == name);

@@ -13,6 +13,7 @@ use super::row_loads::{load_point, payload, wrench};
 use super::source::Source;
 use super::stated::{NOISE_COLUMNS, stated_noise};
 use super::{Campaign, InSession, Reading, noise_of};
+use crate::description::columns::TOOL_POINT;
 use crate::description::robot::Robot;
 use crate::description::table::{MOST_SHOWN, Table};
 use crate::description::units::Units;
@@ -177,7 +178,7 @@ impl<'a> RowReader<'a> {
 
     /// The marker; none for the tool centre point.
     fn marker(&self, row: &Row, faults: &mut Faults) -> Option<usize> {
-        let name = row.text("marker").filter(|name| !matches!(*name, "TCP" | "tcp" | "tool"))?;
+        let name = row.text("marker").filter(|name| !TOOL_POINT.contains(name))?;
         let found = self.robot.markers.iter().position(|marker| marker.name == name);
         if found.is_none() {
             let valid = self.robot.markers.iter().map(|marker| marker.name.as_str()).chain(["TCP"]);

@@ -23,7 +23,7 @@ pub use sizes::{doubtful_sizes, doubtful_urdf, heaviest};
 
 use indexmap::IndexMap;
 
-use super::columns::OWNERS;
+use super::columns::{OWNERS, TOOL_POINT};
 use super::convention::khalil_kleinfinger;
 use super::frame::FrameIndex;
 use super::parameters::{Owner, parameters};
@@ -188,6 +188,13 @@ fn unique_owners(raw: &RawRobot, diagnostics: &mut Collector) {
             }
             if OWNERS.contains(&name.as_str()) {
                 diagnostics.reject(&path, format!("`{name}` is a reserved name"), "choose another");
+            } else if *section == "markers" && TOOL_POINT.contains(&name.as_str()) {
+                let message = format!("a marker `{name}` would be taken for the tool's own point");
+                diagnostics.reject(
+                    &path,
+                    message,
+                    "choose another name; where it is the tool's point, place `tool:` there",
+                );
             }
             if let Some((other, _)) = seen.iter().find(|(_, known)| known == name) {
                 let message = format!("`{name}` names two things, and parameters are known by name");
