@@ -10,7 +10,7 @@ use crate::effects::Condition;
 use crate::kinematics::{AssemblyError, Geometry, Placements, beyond_limits, entered};
 use crate::model::Model;
 use crate::observation::{Noise, Observes, POSE, Purpose};
-use crate::prediction::{PredictionError, Predictor};
+use crate::prediction::{PredictionError, Predictor, with_holding_loads};
 
 /// What is measured, where and how well.
 #[derive(Debug, Clone, PartialEq)]
@@ -308,6 +308,8 @@ pub fn measure_with(
     if campaign.conditions.session_time.is_none() {
         campaign.count_session_time();
     }
+    // Motors hold the robot that stands there, not the described one.
+    let mut campaign = with_holding_loads(model, &campaign, values)?.into_owned();
     let found = Predictor::new(model, &campaign, Vec::new())?.linearised(values)?;
     for (reading, value) in campaign.readings.iter_mut().zip(found.predicted) {
         reading.measured = value;

@@ -160,3 +160,46 @@ fn every_command_stays_on_the_declared_branch() {
         }
     }
 }
+
+const PARALLELOGRAM: &str = "robot: parallelogram
+units: {length: mm, angle: deg}
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, limits: [-170, 170]}
+  c: {antecedent: 1, joint: revolute, passive: true, d: 300}
+  d: {antecedent: c, d: 500}
+  f: {antecedent: 0, joint: revolute, passive: true, d: 500}
+  fe: {antecedent: f, d: 300}
+loops:
+  l: {frames: [d, fe], kind: planar, meet: origin, branch: {c: -60, f: 60}, at: {q1: 60}}
+tool: {frame: d}
+";
+
+/// A branch that is not given, or read wrongly, may close as another assembly: that is told. A loop is planar where both its sides are.
+#[test]
+fn another_assembly_and_another_plane_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let checked = |find: &str, replace: &str| {
+        assert!(PARALLELOGRAM.contains(find), "{find}");
+        std::fs::write(folder.path().join("r.yaml"), PARALLELOGRAM.replace(find, replace)).expect("written");
+        run(folder.path(), &["check", "r.yaml"])
+    };
+    let sound = checked("", "");
+    assert!(sound.status == 0 && !sound.err.contains("more than one way"), "{}", sound.err);
+    for (branch, words) in [
+        ("", "its `branch` says nothing of it, which is taken for 0.0 deg"),
+        ("branch: {c: -60, f: -60}, ", "its `branch` says -60.0 deg"),
+    ] {
+        let ran = checked("branch: {c: -60, f: 60}, ", branch);
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        assert!(
+            ran.err.contains("loop `l` closes with joint `c` at -133.2 deg") && ran.err.contains(words),
+            "{}",
+            ran.err
+        );
+    }
+    for tilt in ["alpha: 30", "beta: 30"] {
+        let ran = checked("passive: true, d: 500}", &format!("passive: true, d: 500, {tilt}}}"));
+        assert_eq!(ran.status, 2, "{}", ran.err);
+        assert!(ran.err.contains("loop `l` is not planar") && ran.err.contains("kind: spatial"), "{}", ran.err);
+    }
+}

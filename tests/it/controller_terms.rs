@@ -161,3 +161,21 @@ fn offsets_of_zeros_are_those_of_the_description() {
         assert!(ran.status == 2 && ran.err.contains(said), "{arguments:?}: {}", ran.err);
     }
 }
+
+/// Angles about half a turn differ by what lies between them, not by a turn.
+#[test]
+fn changes_of_angles_are_within_half_a_turn() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let text = "robot: r\nunits: {length: mm, angle: deg}\nframes:\n\
+                \x20 1: {antecedent: 0, joint: revolute, variable: q1, r: 400}\n\
+                \x20 2: {antecedent: 1, joint: revolute, variable: q2, d: 50, alpha: 90}\n\
+                \x20 3: {antecedent: 2, joint: revolute, variable: q3, d: 350, alpha: 180}\ntool: {frame: 3}\n";
+    std::fs::write(at.join("nominal.yaml"), text).expect("written");
+    std::fs::write(at.join("own.yaml"), text.replace("alpha: 180", "alpha: 180.03")).expect("written");
+    let ran = run(at, &["convert", "own.yaml", "dh.csv", "--as", "dh-modified", "--nominal", "nominal.yaml"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let rows = rows(&at.join("dh.csv"));
+    let changes: Vec<f64> = rows.iter().skip(1).take(3).map(|row| number(row, "alpha_deg.change")).collect();
+    assert!(changes.iter().zip([0.0, 0.0, 0.03]).all(|(a, b)| (a - b).abs() < 1e-9), "{changes:?}");
+}

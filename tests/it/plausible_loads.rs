@@ -454,3 +454,47 @@ joint_stiffness: {2: {kar: {compliance: 1.0e-6, identifiable: true}}, 3: {kar: {
     let right = json(&run(at, &["diagnose", "s", "--robot", "right.yaml", "--format", "json"]));
     assert!(of_code(&right, "unusable-result").is_empty(), "{}", right["diagnostics"]);
 }
+
+/// Springs that are fitted to an arm with another forearm: the length is told, and nothing is written.
+#[test]
+fn a_length_behind_wrong_springs_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("arm.yaml"), SPRINGY).expect("written");
+    let loads =
+        ["--wrench=0,0,-150", "--wrench=80,60,0", "--elastic-errors", "0.5", "--errors", "0", "--noise", "0.03"];
+    let made = ["simulate", "arm.yaml", "--poses", "30", "--observes", "deflection", "--seed", "41", "--into", "c"];
+    let ran = run(at, &[&made[..], &loads].concat());
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let sound = run(at, &["identify", "c", "--save", "sound.yaml", "--format", "json"]);
+    assert_eq!(sound.status, 0, "{}{}", sound.out, sound.err);
+    assert!(of_code(&json(&sound), "unlike-description").is_empty(), "{}", sound.out);
+    let other = SPRINGY.replace("d: 612", "d: 512");
+    assert_ne!(other, SPRINGY);
+    std::fs::write(at.join("arm.yaml"), other).expect("written");
+    let found = doubts(at, &["identify", "c"], "unlike-description", &["with `3.d` of 6", "instead of 512"]);
+    let figures = &of_code(&found, "unlike-description")[0]["figures"];
+    assert!(figures["ratio"].as_f64() > Some(1.5) && figures["ratio_with"].as_f64() < Some(1.2), "{figures}");
+    assert_eq!(run(at, &["identify", "c", "--save", "found.yaml"]).status, 1);
+    assert!(!at.join("found.yaml").exists());
+}
+
+/// An arm as long as a UR10, with springs in its joints.
+const SPRINGY: &str = "robot: springy
+units: {length: mm, angle: deg, rotational_stiffness: N.m/rad}
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, r: 128, limits: [-170, 170]}
+  2: {antecedent: 1, joint: revolute, variable: q2, alpha: 90, limits: [-170, -10]}
+  3: {antecedent: 2, joint: revolute, variable: q3, d: 612, limits: [-150, 150]}
+  4: {antecedent: 3, joint: revolute, variable: q4, d: 572, r: 164, limits: [-170, 170]}
+  5: {antecedent: 4, joint: revolute, variable: q5, alpha: 90, r: 116, limits: [-170, 170]}
+  6: {antecedent: 5, joint: revolute, variable: q6, alpha: -90, r: 92, limits: [-170, 170]}
+tool: {frame: 6, at: [0, 0, 60]}
+joint_stiffness:
+  1: {kar: {value: 4.0e+4, identifiable: true}}
+  2: {kar: {value: 3.0e+4, identifiable: true}}
+  3: {kar: {value: 2.0e+4, identifiable: true}}
+  4: {kar: {value: 1.0e+4, identifiable: true}}
+  5: {kar: {value: 8.0e+3, identifiable: true}}
+  6: {kar: {value: 6.0e+3, identifiable: true}}
+";

@@ -579,7 +579,15 @@ fn a_boom_bends_as_far_as_it_is_out() {
                 let weight = 7850.0 * a * 9.81;
                 let sag = weight * l.powi(4) / (8.0 * E * iy) + tilt * weight * l * l / 2.0 * l;
                 close(mechanics.deflection(&state, &point).displacement.z, -sag, 1e-9, "sag");
+                // Strain energies of a cantilever under its own weight, and of the spring at its root.
+                let [bent, turned] =
+                    [weight.powi(2) * l.powi(5) / (40.0 * E * iy), tilt * (weight * l * l / 2.0).powi(2) / 2.0];
+                let shares = mechanics.shares(&state, &point);
+                close(shares.energy["beam:boom"], bent / (bent + turned), 1e-9, "share of the beam");
+                close(shares.total, bent + turned, 1e-9, "energy");
             }
+            let drawn_in = mechanics.place(&[0.0, -0.3], &mut state).expect_err("nothing is out");
+            assert!(drawn_in.to_string().contains("`boom` is drawn into its sleeve"), "{drawn_in}");
         }
     }
 }

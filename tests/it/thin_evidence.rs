@@ -125,3 +125,21 @@ fn the_sign_of_a_last_joint_is_told() {
     });
     refuses(at, &["identify", "./s"], "misread", &["with `q7` negated", "wrong sign?"]);
 }
+
+/// That nothing is missing is not concluded from fewer readings than a calibration needs.
+#[test]
+fn few_configurations_show_no_gap_and_no_absence_of_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let made = ["simulate", "franka-panda", "--observes", "pose", "--noise", "0.05", "--errors", "1", "--seed", "4"];
+    ok(at, &[&made[..], &["--unknown-base", "--unknown-tool", "--poses", "9", "--into", "c"]].concat());
+    for command in ["identify", "diagnose"] {
+        let save = if command == "identify" { "--save" } else { "--apply" };
+        let ran = run(at, &[command, "c", save, "a.yaml", "--format", "json"]);
+        assert_eq!(ran.status, 1, "{command}: {}{}", ran.out, ran.err);
+        assert!(!of_code(&json(&ran), "too-little-data").is_empty(), "{command}: {}", ran.out);
+        assert!(!at.join("a.yaml").exists(), "{command}");
+    }
+    let found = json(&run(at, &["diagnose", "c", "--format", "json"]));
+    assert_eq!(found["verdict"], "undecided", "{found}");
+}

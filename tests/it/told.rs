@@ -236,3 +236,62 @@ fn a_quiet_file_holds_the_warnings() {
     let said = std::fs::read_to_string(folder.path().join("said.txt")).expect("a file");
     assert!(!said.contains("NOTE"), "{said}");
 }
+
+#[test]
+fn a_marker_is_not_called_as_the_tool_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = "robot: r\nunits: {length: mm, angle: deg}\nframes:\n  \
+                1: {antecedent: 0, joint: revolute, variable: q1, r: 340}\n  \
+                2: {antecedent: 1, joint: revolute, variable: q2, alpha: -90}\ntool: {frame: 2, at: [350, 0, 0]}\n\
+                markers: {TCP: {frame: 2, at: [300, 20, 30]}}\n";
+    std::fs::write(folder.path().join("robot.yaml"), text).expect("written");
+    refused(
+        &run(folder.path(), &["check", "robot.yaml"]),
+        &["`TCP` would be taken for the tool's own point", "another name"],
+    );
+}
+
+#[test]
+fn noise_that_no_reading_has_is_told() {
+    let folder = campaign();
+    let at = folder.path();
+    let table = std::fs::read_to_string(at.join("c/measurements.csv")).expect("read");
+    let inclined: String = table
+        .lines()
+        .enumerate()
+        .map(|(k, line)| if k == 0 { format!("{line},gx,gy,gz,sigma\n") } else { format!("{line},0,0,-1,0.02\n") })
+        .collect();
+    std::fs::write(at.join("c/measurements.csv"), &inclined).expect("written");
+    let path = at.join("c/campaign.yaml");
+    let text = std::fs::read_to_string(&path).expect("read");
+    let of_angles = text.replace("observes: position", "observes: inclination");
+    assert_ne!(of_angles, text);
+    std::fs::write(&path, of_angles).expect("written");
+    let ran = run(at, &["check", "c"]);
+    assert_eq!(ran.status, 2, "{}", ran.err);
+    assert!(
+        ran.err.contains("column `sigma` is the noise of lengths, and readings of `inclination` hold none"),
+        "{}",
+        ran.err
+    );
+    std::fs::write(at.join("c/measurements.csv"), inclined.replace(",sigma\n", ",spare\n")).expect("written");
+    let ran = run(at, &["check", "c"]);
+    assert!(
+        ran.err.contains("`sigma` of the instrument is the noise of lengths, and no reading holds any"),
+        "{}",
+        ran.err
+    );
+}
+
+#[test]
+fn a_refusal_says_why_even_when_quiet() {
+    let folder = campaign();
+    let at = folder.path();
+    let rows = std::fs::read_to_string(at.join("c/measurements.csv")).expect("read");
+    let few: String = rows.lines().take(10).map(|line| format!("{line}\n")).collect();
+    std::fs::write(at.join("c/measurements.csv"), few).expect("written");
+    let ran = run(at, &["identify", "c", "--save", "a.yaml", "--quiet"]);
+    assert_eq!(ran.status, 1, "{}{}", ran.out, ran.err);
+    assert!(ran.out.is_empty() && ran.err.contains("too few for any conclusion"), "{}{}", ran.out, ran.err);
+    assert!(!at.join("a.yaml").exists());
+}

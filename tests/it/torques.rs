@@ -20,21 +20,27 @@ const ARM: &str = "robot: two-joint arm\nunits: {length: mm, angle: deg}\nvariab
 
 /// An arm in the plane: angles (deg), then torques that hold it, from the formula of a textbook, with a payload of 3 kg at the
 /// tool in every second row.
-fn held(q: [f64; 2], payload: f64) -> [f64; 2] {
+fn held(q: [f64; 2], payload: f64, upper: f64) -> [f64; 2] {
     let [a, b] = [q[0].to_radians(), (q[0] + q[1]).to_radians()];
     let forearm = 9.81 * (4.0 * 0.15 + payload * 0.4) * b.cos();
-    [9.81 * (8.0 * 0.25 + 4.0 * 0.5 + payload * 0.5) * a.cos() + forearm, forearm]
+    [9.81 * (8.0 * 0.25 + (4.0 + payload) * upper) * a.cos() + forearm, forearm]
 }
 
 fn campaign(folder: &Path, torques: &str) -> String {
+    campaign_of(folder, torques, 0.5)
+}
+
+/// Readings of an arm whose upper arm has this length, m.
+fn campaign_of(folder: &Path, torques: &str, upper: f64) -> String {
     std::fs::write(folder.join("arm.yaml"), ARM).expect("written");
     let mut table = "pose,q1,q2,torque.q1,torque.q2,x,y,z,payload\n".to_string();
     for k in 0..24 {
         let q = [-100.0 + 8.0 * f64::from(k), 90.0 - 37.0 * f64::from(k % 5)];
         let payload = if k % 2 == 0 { 0.0 } else { 3.0 };
-        let [one, two] = held(q, payload);
+        let [one, two] = held(q, payload, upper);
         let [a, b] = [q[0].to_radians(), (q[0] + q[1]).to_radians()];
-        let (x, y) = (500.0 * a.cos() + 400.0 * b.cos(), 500.0 * a.sin() + 400.0 * b.sin());
+        let length = 1e3 * upper;
+        let (x, y) = (length * a.cos() + 400.0 * b.cos(), length * a.sin() + 400.0 * b.sin());
         let name = if k % 2 == 0 { "none" } else { "block" };
         // The first sensor is a motor current: 0.8 A per N.m, and 1.5 A without load.
         writeln!(table, "p{k},{},{},{:.9},{two:.9},{x:.6},{y:.6},0,{name}", q[0], q[1], 0.8 * one + 1.5)
@@ -62,7 +68,7 @@ fn gain_and_offset_of_a_current_are_found() {
     for pair in torques.chunks(2) {
         let q = loaded.campaign.configuration(pair[0].row * 3 - 2);
         let payload = pair[0].payload.map_or(0.0, |payload| payload.mass);
-        let expected = held([q[0].to_degrees(), q[1].to_degrees()], payload);
+        let expected = held([q[0].to_degrees(), q[1].to_degrees()], payload, 0.5);
         for (reading, expected) in pair.iter().zip(expected) {
             assert!((reading.load - expected).abs() < 1e-9, "{} where {expected} holds", reading.load);
         }
@@ -80,6 +86,28 @@ fn gain_and_offset_of_a_current_are_found() {
     let said = run(folder.path(), &["diagnose", &path]);
     assert_eq!(said.status, 0, "{}", said.err);
     assert!(!said.out.contains("torques and forces are"), "{}", said.out);
+}
+
+/// Loads are those of the lengths that the same fit finds: with those of the description the gain would be half a percent off.
+#[test]
+fn loads_are_those_of_the_fitted_lengths() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = campaign_of(folder.path(), "torques: {q1: {gain: unknown, offset: unknown}}\n", 0.505);
+    let said = run(folder.path(), &["identify", &path, "--save", "found.yaml", "--format", "json"]);
+    assert_eq!(said.status, 0, "{}", said.err);
+    let json: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    let all = json["parameters"].as_array().expect("a list");
+    let value = |name: &str| {
+        let own = all.iter().find(|own| own["name"] == name).and_then(|own| own["value"].as_f64());
+        own.unwrap_or_else(|| panic!("{name}"))
+    };
+    assert!((value("torque.q1.gain") - 0.8).abs() < 1e-6, "{}", value("torque.q1.gain"));
+    assert!((value("torque.q1.offset") - 1.5).abs() < 1e-5, "{}", value("torque.q1.offset"));
+    // What is read back has the same lengths, and so the same loads.
+    let said = run(folder.path(), &["identify", &path, "--robot", "found.yaml", "--format", "json"]);
+    let again: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    let own = again["parameters"].as_array().expect("a list").iter().find(|own| own["name"] == "torque.q1.gain");
+    assert!((own.and_then(|own| own["value"].as_f64()).expect("a gain") - 0.8).abs() < 1e-6, "{}", said.out);
 }
 
 #[test]

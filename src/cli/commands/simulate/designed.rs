@@ -22,7 +22,7 @@ use crate::kinematics::{Geometry, Placements};
 use crate::math::distinct;
 use crate::model::Model;
 use crate::observation::{Kinds, Noise, SOCKET};
-use crate::prediction::{Toucher, fill_holding_loads, target_values};
+use crate::prediction::{Toucher, target_values};
 use crate::simulation::{
     conditions, direction, draw_configurations_in, draw_errors, generator, joint_box, lay_out, measure_with, set_up,
     within_limits,
@@ -72,7 +72,6 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         conditions(model, &mut campaign, &mut random);
     }
     bring_to_contacts(command, model, &values, &mut campaign, &mut random)?;
-    fill_holding_loads(model, &mut campaign)?;
     let entries = raw.entries();
     let campaign = measured(model, &values, campaign, &entries, &mut random)?;
     raw.robot = Some(robot_of(command, &design));
