@@ -9,6 +9,7 @@ use super::columns::joint_column;
 use super::noise_doubts::of_no_reading;
 use super::raw::RawCampaign;
 use super::source::Source;
+use super::unused::unused;
 use super::{Campaign, OrderBy, Payload};
 use crate::description::limits::{READINGS, beyond};
 use crate::description::resolve::Locate;
@@ -51,6 +52,7 @@ pub fn doubts(
     diagnostics
         .extend(campaign.payloads.iter().filter_map(|(name, payload)| heavy_or_far(name, payload, robot, locate)));
     diagnostics.extend(weightless(campaign, robot, locate));
+    diagnostics.extend(unused(campaign, raw, locate));
     let mut differences = campaign.readings.iter().filter(|reading| reading.observes.is_difference()).peekable();
     if differences.peek().is_some() && differences.all(|reading| !reading.is_loaded()) {
         let diagnostic =

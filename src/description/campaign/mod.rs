@@ -27,6 +27,7 @@ mod source;
 mod stated;
 mod targets;
 mod torques;
+mod unused;
 mod write;
 
 use crate::description::robot::FrameIndex;

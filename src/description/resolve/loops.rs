@@ -101,7 +101,9 @@ fn branch(
                 branch.push((index, found));
             }
             Some(_) => {
-                diagnostics.error(&path, format!("`{joint}` is not a passive joint of loop `{name}`"));
+                let message = format!("`{joint}` is not a passive joint of loop `{name}`");
+                let remedy = "name passive joints of the loop here, and what drives it under `at`";
+                diagnostics.reject(&path, message, remedy);
             }
             None => diagnostics.unknown(&path, "joint", joint, frame_names(frames)),
         }

@@ -88,7 +88,7 @@ pub(super) fn survey<'a>(source: &mut Source<'a>, document: &'a Document<'a>) ->
     let root = document.root_element();
     if root.tag_name().name() != "robot" {
         let message = format!("the outermost element is `{}`; a URDF's is `robot`", root.tag_name().name());
-        source.error(tag(root), message, "");
+        source.error(tag(root), message, "give the file of a URDF; a robot of another kind is described in YAML");
         return survey;
     }
     if let Some(at) = unexpanded(document) {
@@ -159,7 +159,7 @@ impl<'a> Reader<'_, 'a> {
                 "mass" => {
                     let [value] = self.numbers(child, "value", None);
                     if value < 0.0 {
-                        self.at_value(child, "value", format!("the mass {value} is negative"), "");
+                        self.at_value(child, "value", format!("the mass {value} is negative"), "give the mass in kg, 0 or more");
                     }
                     mass = Some(value);
                 }
@@ -299,7 +299,7 @@ impl<'a> Reader<'_, 'a> {
         let [offset] = self.numbers(node, "offset", Some([0.0]));
         let joint = self.name(node, "joint")?;
         if fixed {
-            self.source.warn(tag(node), "a fixed joint cannot mimic another; this is not read", "");
+            self.source.warn(tag(node), "a fixed joint cannot mimic another; this is not read", "make its type `revolute` or `prismatic`, or remove `<mimic>`");
             return None;
         }
         Some(Mimic { joint, multiplier, offset })
@@ -356,14 +356,18 @@ impl<'a> Reader<'_, 'a> {
             return None;
         };
         if found.value().trim().is_empty() {
-            self.source.error(found.range(), format!("`{attribute}` is empty"), "");
+            self.source.error(found.range(), format!("`{attribute}` is empty"), "give it a name");
             return None;
         }
         Some(Name { text: found.value(), at: found.range_value() })
     }
 
     fn missing(&mut self, node: Node<'a, 'a>, what: &str) {
-        self.source.error(tag(node), format!("the element `{}` lacks `{what}`", node.tag_name().name()), "");
+        let remedy = match what.starts_with('<') {
+            true => format!("add `{what}` inside it"),
+            false => format!("add `{what}=\"..\"` to it"),
+        };
+        self.source.error(tag(node), format!("the element `{}` lacks `{what}`", node.tag_name().name()), &remedy);
     }
 
     /// An error about the value of an attribute that is there.

@@ -201,7 +201,7 @@ fn mimics(joints: &HashMap<&str, usize>, source: &mut Source, survey: &Survey) -
                 source.error(
                     mimic.at.clone(),
                     format!("the joint `{}` is fixed and cannot be mimicked", mimic.text),
-                    "",
+                    "mimic a joint that moves, or remove `<mimic>`",
                 );
             }
             None => source.report(|source| {
