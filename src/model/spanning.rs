@@ -60,6 +60,7 @@ impl Builder<'_> {
         let list = |vertices: &mut Vec<VertexIndex>| vertices.iter_mut().for_each(|v| *v = number[*v]);
         structure.bodies.iter_mut().for_each(list);
         structure.nodes.iter_mut().for_each(|node| node.1 = number[node.1]);
+        structure.booms.iter_mut().for_each(|boom| boom.ends = boom.ends.map(|end| number[end]));
         structure.masses.iter_mut().for_each(|mass| mass.vertex = number[mass.vertex]);
         Ok(structure)
     }
