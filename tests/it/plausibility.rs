@@ -34,6 +34,13 @@ impl Table {
         self.rows.iter_mut().for_each(|row| row.swap(a, b));
     }
 
+    /// Leaves a column out.
+    pub(super) fn remove(&mut self, name: &str) {
+        let column = self.column(name);
+        self.names.remove(column);
+        self.rows.iter_mut().for_each(|row| drop(row.remove(column)));
+    }
+
     /// Moves the cells of columns up by one row, the first one to the end.
     fn shift(&mut self, names: &[&str]) {
         let all = self.rows.clone();

@@ -131,8 +131,10 @@ fn the_sign_of_a_last_joint_is_told() {
 fn few_configurations_show_no_gap_and_no_absence_of_one() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
-    let made = ["simulate", "franka-panda", "--observes", "pose", "--noise", "0.05", "--errors", "1", "--seed", "4"];
+    let made = ["simulate", "franka-panda", "--observes", "pose", "--noise", "0.05", "--errors", "1", "--seed", "1"];
     ok(at, &[&made[..], &["--unknown-base", "--unknown-tool", "--poses", "9", "--into", "c"]].concat());
+    // The commands choose themselves what they hold out.
+    spoil(&at.join("c"), |table: &mut Table| table.remove("set"));
     for command in ["identify", "diagnose"] {
         let save = if command == "identify" { "--save" } else { "--apply" };
         let ran = run(at, &[command, "c", save, "a.yaml", "--format", "json"]);

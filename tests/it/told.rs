@@ -292,6 +292,11 @@ fn a_refusal_says_why_even_when_quiet() {
     std::fs::write(at.join("c/measurements.csv"), few).expect("written");
     let ran = run(at, &["identify", "c", "--save", "a.yaml", "--quiet"]);
     assert_eq!(ran.status, 1, "{}{}", ran.out, ran.err);
-    assert!(ran.out.is_empty() && ran.err.contains("24 residuals of different readings for 21 fitted parameters"), "{}{}", ran.out, ran.err);
+    assert!(
+        ran.out.is_empty() && ran.err.contains("24 residuals of different readings for 21 fitted parameters"),
+        "{}{}",
+        ran.out,
+        ran.err
+    );
     assert!(!at.join("a.yaml").exists());
 }

@@ -159,7 +159,12 @@ impl<'a> Reader<'_, 'a> {
                 "mass" => {
                     let [value] = self.numbers(child, "value", None);
                     if value < 0.0 {
-                        self.at_value(child, "value", format!("the mass {value} is negative"), "give the mass in kg, 0 or more");
+                        self.at_value(
+                            child,
+                            "value",
+                            format!("the mass {value} is negative"),
+                            "give the mass in kg, 0 or more",
+                        );
                     }
                     mass = Some(value);
                 }
@@ -299,7 +304,11 @@ impl<'a> Reader<'_, 'a> {
         let [offset] = self.numbers(node, "offset", Some([0.0]));
         let joint = self.name(node, "joint")?;
         if fixed {
-            self.source.warn(tag(node), "a fixed joint cannot mimic another; this is not read", "make its type `revolute` or `prismatic`, or remove `<mimic>`");
+            self.source.warn(
+                tag(node),
+                "a fixed joint cannot mimic another; this is not read",
+                "make its type `revolute` or `prismatic`, or remove `<mimic>`",
+            );
             return None;
         }
         Some(Mimic { joint, multiplier, offset })
