@@ -3,7 +3,7 @@
 use super::autocorrelation::autocorrelation;
 use super::bootstrap::Bootstrap;
 use super::competition::Competition;
-use super::explanation::{Explanation, OTHER_KINDS, TELL_APART};
+use super::explanation::{Explanation, OF_INSTRUMENT, OTHER_KINDS, TELL_APART};
 use super::few_angles::few_angles;
 use super::inputs::Inputs;
 use super::level::Level;
@@ -14,12 +14,14 @@ use super::outliers;
 use super::refinement::slopes;
 use super::refit::refit;
 use super::regions::{excess_compliance, regions};
-use super::result::{Autocorrelation, Diagnosis, FewAngles, Gap, Location, NoiseSource, Rest, Verdict};
+use super::result::{Autocorrelation, Cause, Diagnosis, FewAngles, Gap, Location, NoiseSource, Rest, Verdict};
 use super::rivals::{Rival, look_alikes, rejected};
 use super::selection::Selector;
 use super::settings::Settings;
+use super::untried::is_of_instrument;
 use super::verdict::{Judgement, judge, without_noise};
 use crate::description::campaign::Amount;
+use crate::effects::{Family, SiteKind};
 use crate::estimation::{CHECK, CalibrationError, SEED, split};
 use crate::math::quantiles::normal95;
 use crate::math::{mean_rms_max, orthonormal, project_off};
@@ -70,6 +72,12 @@ pub fn conclude(
     if next_poses.is_empty() {
         causes.iter_mut().filter(|cause| cause.remedy == TELL_APART).for_each(|cause| cause.remedy = OTHER_KINDS);
     }
+    let moves_base = |cause: &Cause| {
+        let is_base = cause.entries.iter().any(|entry| entry.site.kind == SiteKind::Base);
+        let carried = (cause.rms_before.powi(2) - cause.rms_after.powi(2)).max(0.0).sqrt();
+        is_base && cause.family == Family::Time && is_of_instrument(inputs.campaign, carried)
+    };
+    causes.iter_mut().filter(|cause| moves_base(cause)).for_each(|cause| cause.remedy = OF_INSTRUMENT);
     let verdict = concluded(inputs, competition, &judgement, &gap, (verdict, has_outliers));
     let few_angles = at_few_angles(inputs, competition, &judgement, verdict)?;
     let is_nothing = matches!(verdict, Verdict::NoGap | Verdict::Undecided);

@@ -21,6 +21,9 @@ pub const TELL_APART: &str =
 /// The same where no configuration tells them apart.
 pub const OTHER_KINDS: &str = "read something else before anything is changed on the machine: a marker on another body, an indicator at the joint, a reflector on the base";
 
+/// What to do about a base that moves with time where reflectors beside the robot moved as much.
+pub const OF_INSTRUMENT: &str = "fasten the instrument, or let it warm up: reflectors beside the robot moved as much against it, so the robot need not have moved on its mount";
+
 /// The causes with what their figures are made from.
 pub struct Explanation<'a> {
     competition: &'a Competition,

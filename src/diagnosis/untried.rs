@@ -86,6 +86,14 @@ pub fn excluded(campaign: &Campaign, gap: f64, is_fixed: bool, hypotheses: &mut 
     found
 }
 
+/// Whether reflectors beside the robot moved certainly, and by as much as a motion of the base carries (m): then it is the instrument that
+/// moved.
+pub fn is_of_instrument(campaign: &Campaign, carried: f64) -> bool {
+    let motion = reference_noise(&campaign.references).and_then(|seen| seen.motion);
+    let moved = |motion: Motion| motion.p <= CHANCE && motion.rms >= OF_GAP * carried;
+    campaign.references.beside_base && motion.is_some_and(moved)
+}
+
 /// Whether what is claimed of a base that moves with time is much more than fixed reflectors moved by. `gap` (m) is what calibration
 /// leaves.
 pub fn moves_too_far(campaign: &Campaign, problem: &LinearProblem, claims: &[Claim], gap: f64) -> bool {
