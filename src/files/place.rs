@@ -154,14 +154,14 @@ fn unreadable(path: &Path, error: &std::io::Error) -> Diagnostic {
     }
     let (Ok(entries), Some(wanted)) = (std::fs::read_dir(folder), path.file_name().and_then(|name| name.to_str()))
     else {
-        return diagnostic.remedy("write the path of a file that is there");
+        return diagnostic;
     };
     let mut names: Vec<String> =
         entries.take(10_000).flatten().filter_map(|entry| entry.file_name().into_string().ok()).collect();
     names.sort();
     match nearest(wanted, names.iter().map(String::as_str)) {
         Some(near) => diagnostic.remedy(format!("did you mean `{}`?", path.with_file_name(near).display())),
-        None => diagnostic.remedy("paths are relative to the file that names them, or to the folder of the command"),
+        None => diagnostic,
     }
 }
 

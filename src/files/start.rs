@@ -54,11 +54,7 @@ pub(super) fn with_urdf(
     let weighed: Vec<&str> = raw.bodies.keys().map(String::as_str).collect();
     let request = Request { keys: &keys, units: raw.units, weighed: &weighed, locate: &locate };
     let imported = found.text(reader).and_then(|text| urdf::import_chain(&found.name(), &text, &request));
-    let mut imported = imported.map_err(|mut reported| {
-        let missing = reported.iter_mut().filter(|diagnostic| diagnostic.place.is_none());
-        missing.for_each(|diagnostic| diagnostic.place = document.place_of_value(&["urdf"]));
-        reported
-    })?;
+    let mut imported = imported.map_err(|reported| named_by(document, "urdf", reported))?;
     let reported = std::mem::take(&mut imported.diagnostics);
     if raw.tool.frame.is_none()
         && let Some(end) = &keys.to
@@ -112,6 +108,15 @@ pub fn moved_to(robot: &RawRobot, to: &Path) -> RawRobot {
     robot
 }
 
+/// What a file that a description names under `key` could not be read for, at that key.
+fn named_by(document: &Document, key: &str, mut reported: Reported) -> Reported {
+    for diagnostic in reported.iter_mut().filter(|diagnostic| diagnostic.place.is_none()) {
+        diagnostic.place = document.place_of_value(&[key]);
+        diagnostic.remedy.get_or_insert_with(|| "paths are relative to the description that names them".into());
+    }
+    reported
+}
+
 /// A description with the file of kinematics that it names beneath it. Its `ur_kinematics` then holds the hash alone.
 pub(super) fn with_ur_kinematics(
     reader: &Reader,
@@ -127,11 +132,7 @@ pub(super) fn with_ur_kinematics(
         return Err(vec![diagnostic.remedy("leave one of them out; a URDF is made of such a file by its own package")]);
     }
     let found = place.next_to(file);
-    let text = found.text(reader).map_err(|mut reported| {
-        let missing = reported.iter_mut().filter(|diagnostic| diagnostic.place.is_none());
-        missing.for_each(|diagnostic| diagnostic.place = document.place_of_value(&["ur_kinematics"]));
-        reported
-    })?;
+    let text = found.text(reader).map_err(|reported| named_by(document, "ur_kinematics", reported))?;
     let (imported, reported) = ur_kinematics::read(&found.name(), &text)?;
     let hash = keys.hash.or_else(|| imported.ur_kinematics.as_ref()?.hash.clone());
     let kept = Some(RawUrKinematics { file: None, hash });

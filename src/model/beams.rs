@@ -9,7 +9,7 @@ use super::builder::Builder;
 use super::structure::{Boom, Edge, Spot};
 use crate::description::elastic;
 use crate::description::raw::{BeamTheory, JointKind};
-use crate::description::robot::{FrameIndex, PLACEMENT_SYMBOLS};
+use crate::description::robot::{FrameIndex, NEAR_PARALLEL, PLACEMENT_SYMBOLS};
 use crate::diagnostic::Diagnostic;
 use crate::elements::{Axes, Beam, BodyPoint, Law, Lumped, Normal, Rigidity, VertexIndex};
 use crate::parameter::Kind;
@@ -125,14 +125,17 @@ impl Builder<'_> {
         }
     }
 
-    /// A beam one end of which moves with the prismatic joint of its body, and the other does not.
+    /// A beam along the slide of the prismatic joint of its body, one end of which moves with it, and the other does not.
     fn boom(&self, beam: &elastic::Beam, ends: [VertexIndex; 2]) -> Option<Boom> {
         let nodes = beam.nodes.map(|node| &self.robot.elastic.nodes[node]);
         let frame = self.root(nodes[0].body);
         let moves = nodes.map(|node| self.root(node.at) == frame);
         let along = self.structure.at_home(ends[1]) - self.structure.at_home(ends[0]);
-        let is_along = (self.structure.home[frame] * Vector3::z()).dot(&along) > 0.0;
-        let slides = self.robot.frames[frame].joint == JointKind::Prismatic && moves[0] != moves[1];
+        let axis = self.structure.home[frame] * Vector3::z();
+        let is_along = axis.dot(&along) > 0.0;
+        let is_parallel = axis.cross(&along).norm() < NEAR_PARALLEL * along.norm();
+        let is_prismatic = self.robot.frames[frame].joint == JointKind::Prismatic;
+        let slides = is_prismatic && is_parallel && moves[0] != moves[1];
         slides.then(|| Boom { name: beam.name.clone(), ends, frame, second_slides: moves[1], is_along })
     }
 

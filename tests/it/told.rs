@@ -238,6 +238,17 @@ fn a_quiet_file_holds_the_warnings() {
 }
 
 #[test]
+fn a_missing_urdf_is_told_with_a_remedy() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = "robot: r\nurdf: {file: nothere.urdf, from: a, to: b}\n";
+    std::fs::write(folder.path().join("robot.yaml"), text).expect("written");
+    refused(
+        &run(folder.path(), &["check", "robot.yaml"]),
+        &["there is no file `nothere.urdf`", "relative to the description"],
+    );
+}
+
+#[test]
 fn a_marker_is_not_called_as_the_tool_is() {
     let folder = tempfile::tempdir().expect("a folder");
     let text = "robot: r\nunits: {length: mm, angle: deg}\nframes:\n  \
