@@ -36,7 +36,7 @@ fn in_a_column(source: &Source) -> Option<Diagnostic> {
 fn of_instrument(campaign: &Campaign, raw: &RawCampaign, locate: Locate) -> Option<Diagnostic> {
     raw.instrument.as_ref()?.sigma.as_ref()?;
     let has_lengths = |reading: &Reading| reading.observes.length_rows() > 0;
-    (!campaign.readings.iter().any(has_lengths)).then(|| {
+    (!campaign.readings.is_empty() && !campaign.readings.iter().any(has_lengths)).then(|| {
         let message = "`sigma` of the instrument is the noise of lengths, and no reading holds any: it is not used";
         Diagnostic::warning(message).code(Code::Doubtful).at(locate(&["instrument", "sigma"])).remedy(OTHERS)
     })

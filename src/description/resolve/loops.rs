@@ -152,6 +152,10 @@ fn whole_turns_off(
     diagnostics.diagnostics.extend(turned(&what, value, limits, unit).map(|found| found.at(place)));
 }
 
+/// Sine of the angle between the first axes of both sides of a loop beyond which they are in different planes, 10 deg: calibration tilts
+/// one against the other by a few.
+const TILTED: f64 = 0.17;
+
 /// Revolute (or fixed) throughout, with parallel axes: those of the first frames of both branches, and alpha 0 or 180 deg past
 /// these.
 fn is_planar(frames: &[Frame], a: FrameIndex, b: FrameIndex) -> bool {
@@ -160,7 +164,7 @@ fn is_planar(frames: &[Frame], a: FrameIndex, b: FrameIndex) -> bool {
     let axis =
         |branch: &Vec<FrameIndex>| branch.first().map(|&first| frames[first].constants.before_joint() * Vector3::z());
     if let [Some(a), Some(b)] = [&branches[0], &branches[1]].map(axis)
-        && a.cross(&b).norm() > NEAR_PARALLEL
+        && a.cross(&b).norm() > TILTED
     {
         return false;
     }
