@@ -9,10 +9,13 @@ use super::builder::Builder;
 use super::structure::{Boom, Edge, Spot};
 use crate::description::elastic;
 use crate::description::raw::{BeamTheory, JointKind};
-use crate::description::robot::{FrameIndex, NEAR_PARALLEL, PLACEMENT_SYMBOLS};
+use crate::description::robot::{FrameIndex, PLACEMENT_SYMBOLS};
 use crate::diagnostic::Diagnostic;
 use crate::elements::{Axes, Beam, BodyPoint, Law, Lumped, Normal, Rigidity, VertexIndex};
 use crate::parameter::Kind;
+
+/// Sine of the angle to a slide below which a beam lies along it, 10 deg: others turn as they get shorter, and keep a length.
+const ALONG: f64 = 0.17;
 
 impl Builder<'_> {
     /// Every link of a rigid body that carries another joint could be a beam: its compliances are parameters at zero.
@@ -133,7 +136,7 @@ impl Builder<'_> {
         let along = self.structure.at_home(ends[1]) - self.structure.at_home(ends[0]);
         let axis = self.structure.home[frame] * Vector3::z();
         let is_along = axis.dot(&along) > 0.0;
-        let is_parallel = axis.cross(&along).norm() < NEAR_PARALLEL * along.norm();
+        let is_parallel = axis.cross(&along).norm() < ALONG * along.norm();
         let is_prismatic = self.robot.frames[frame].joint == JointKind::Prismatic;
         let slides = is_prismatic && is_parallel && moves[0] != moves[1];
         slides.then(|| Boom { name: beam.name.clone(), ends, frame, second_slides: moves[1], is_along })
