@@ -175,7 +175,7 @@ impl Hypothesis {
 
     /// Whether it sits where another does, or holds laws of its family there.
     pub fn is_at(&self, law: &Self) -> bool {
-        self.site.is_where(&law.site) || self.family() == law.family() && self.covers.contains(&law.site.name)
+        self.site.name == law.site.name || self.family() == law.family() && self.covers.contains(&law.site.name)
     }
 
     /// Whether it is a curve that can do all that a law does: one of its family where it sits.

@@ -30,7 +30,7 @@ pub fn stability(
     let holds: Vec<bool> = (0..candidates.len())
         .map(|at| {
             let [law, curve] = [0, at].map(|at| &hypotheses[candidates[at]]);
-            let is_there = curve.is_free() && !law.is_free() && curve.site.is_where(&law.site);
+            let is_there = curve.is_free() && !law.is_free() && curve.site.name == law.site.name;
             curve.holds(law) || is_there && is_within(&additions.candidates[at], &additions.candidates[0])
         })
         .collect();
@@ -53,14 +53,14 @@ pub fn stability(
             let best = if holds[best] && is_near { 0 } else { best };
             let [one, other] = [0, best].map(|at| &hypotheses[candidates[at]]);
             let same_family = one.family() == other.family();
-            let same_site = same_family && one.site.is_where(&other.site);
+            let same_site = same_family && one.site.name == other.site.name;
             counts[0] += usize::from(same_family);
             counts[1] += usize::from(same_site);
             let same_law = same_site && one.is_same(other);
             counts[2] += usize::from(same_law);
             let is_at = |at: usize| {
                 let own = &hypotheses[candidates[at]];
-                own.family() == other.family() && own.site.is_where(&other.site)
+                own.family() == other.family() && own.site.name == other.site.name
             };
             counts[3] += usize::from((0..=tied).any(is_at));
             let is_law = |at: usize| hypotheses[candidates[at]].is_same(other);

@@ -44,13 +44,6 @@ pub struct Site {
 }
 
 impl Site {
-    /// Whether it is where another is: an actuator is at the joint that it drives.
-    pub fn is_where(&self, other: &Self) -> bool {
-        let is_driven =
-            |a: &Self, b: &Self| a.kind == SiteKind::Actuator && b.kind == SiteKind::Joint && a.frame == b.frame;
-        self.name == other.name || is_driven(self, other) || is_driven(other, self)
-    }
-
     /// What belongs to its coordinate, in a list by coordinates.
     pub fn of<'a, T>(&self, by_coordinate: &'a [T]) -> Option<&'a T> {
         by_coordinate.get(self.coordinate?)
