@@ -8,6 +8,9 @@ use crate::identifiability::{Criterion, DEFAULT_TOLERANCE};
 use crate::model::Model;
 use crate::parameter::Slot;
 
+/// What is left over the stated noise below which that noise is not the readings' own: as it is doubted (`plausibility::Limits::noise`).
+const FAR_BELOW: f64 = 0.2;
+
 /// A fit of the model with its causes.
 pub struct Refit {
     /// Values of the model without the causes.
@@ -93,7 +96,9 @@ fn calibrated(
     // Noise that is not stated is what is left. Holding all that a millimetre hides may predict better, and then is preferred.
     let found = match competition.campaign.sigma {
         Some(_) => {
-            let coarse = fitted(Criterion::Noise)?;
+            // A noise that is stated far too great would hide all that the readings show.
+            let is_far_below = noise < FAR_BELOW;
+            let coarse = fitted(if is_far_below { Criterion::NoiseTimes(noise) } else { Criterion::Noise })?;
             // What the noise would hide of a described robot may be needed where constants are far from the description.
             let is_enough = !members.is_empty() || describes(&competition.campaign, &coarse);
             let fine =

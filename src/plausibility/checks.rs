@@ -100,6 +100,8 @@ checks! {
             "what is left does not step at one row of the files",
         lengths_under_load::as_described: [UnlikeDescription]
             "with one length or angle of the description fitted too, springs leave as much of the deflections as without",
+        deflections::show_the_springs: [TooLittleData]
+            "of some fitted spring more is known than its own size",
         deflections::zeroed: [Misread]
             "deflections are not all shifted alike: the readings without load were of the unloaded robot",
         parameters::near_their_description: [MovedFar]

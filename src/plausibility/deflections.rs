@@ -12,10 +12,11 @@ use super::shown::mm;
 use super::trial::{drawn, noise, typical};
 use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::{Calibration, Settings, What, calibrate, row_sigmas};
+use crate::estimation::{Calibration, Estimate, Settings, What, calibrate, row_sigmas};
 use crate::math::norm;
 use crate::math::{median, orthonormal, project_off, quantiles::f_tail};
 use crate::model::Model;
+use crate::parameter::Group;
 use crate::prediction::{Predictor, residuals};
 
 /// Most steps of a trial: springs are nearly linear in deflections.
@@ -62,6 +63,22 @@ pub(super) fn follow_their_loads(evidence: &Evidence, limits: &Limits) -> Vec<Di
     named.retain(|(_, error)| *error <= bound);
     named.truncate(SAID);
     vec![explained(evidence, "the fitted springs", Some(before), &named, &|_| None)]
+}
+
+/// Deflections within their noise: of no fitted spring more is known than its size, and what is fitted is noise.
+pub(super) fn show_the_springs(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
+    let found = evidence.found.filter(|found| evidence.campaign.is_difference() && found.converged());
+    let of_springs = |own: &&Estimate| evidence.model.registry[own.slot].group == Group::Elastic;
+    let springs: Vec<&Estimate> = found.iter().flat_map(|found| found.estimates.iter().filter(of_springs)).collect();
+    let kept: Vec<(&Estimate, f64)> = springs.into_iter().filter_map(|own| Some((own, own.ci95?))).collect();
+    let is_unknown = |(own, half): &(&Estimate, f64)| *half >= own.value.abs().min(own.nominal.abs());
+    if kept.is_empty() || !kept.iter().all(is_unknown) {
+        return Vec::new();
+    }
+    let message =
+        "no spring is known to better than its own size: the loads deflect the robot by less than the noise shows";
+    let remedy = "load it more, or read more configurations and repeats; until then the declared springs are as good";
+    vec![Diagnostic::warning(message).code(Code::TooLittleData).remedy(remedy).figure("springs", kept.len() as f64)]
 }
 
 /// Deflections that a calibration leaves all shifted alike: their unloaded readings were not of the unloaded robot.

@@ -3,6 +3,7 @@
 use super::amount::{few_held_out, too_little};
 use super::checks::judge_result;
 use super::common_factor;
+use super::deflections::show_the_springs;
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::total_length;
 use super::shown::mm;
@@ -70,8 +71,8 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
         is_own && !is_gap(diagnostic) && !is_explained(diagnostic) && !is_slip(diagnostic)
     };
     let mut all: Vec<Diagnostic> = judged().filter(|own| about_figures(own)).cloned().map(weaker).collect();
-    let (amount, fitted) = &found.evidence;
-    let little = too_little(amount, *fitted, limits).or_else(|| {
+    let (amount, parameters) = &found.evidence;
+    let little = too_little(amount, *parameters, limits).or_else(|| {
         (found.verdict == Verdict::Undecided && found.hypotheses == 0).then(|| {
             Diagnostic::warning("no hypothesis of the catalogue could have shown in these readings")
                 .code(Code::TooLittleData)
@@ -80,7 +81,12 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
                 )
         })
     });
-    all.extend(little.or_else(|| undetermined(found, limits)));
+    let nothing_found = matches!(found.verdict, Verdict::NoGap | Verdict::Undecided);
+    let of_springs = || {
+        let of = calibration_of(found, &fitted).filter(|_| nothing_found)?;
+        show_the_springs(&Evidence::with(model, &fitted, of), limits).pop()
+    };
+    all.extend(little.or_else(|| undetermined(found, limits)).or_else(of_springs));
     all.extend(held_out.and_then(|amount| few_held_out(&amount)));
     all.extend(springs_held(model, campaign, found, limits));
     if !all.iter().any(|diagnostic| diagnostic.code == Code::WrongUnits) {

@@ -9,12 +9,10 @@ use super::shown::{mm, number};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate};
 use crate::math::project_off;
-use crate::math::quantiles::f_tail;
+use crate::math::quantiles::{f_tail, normal95};
 use crate::parameter::{Group, Kind, Slot};
 use crate::prediction::Predictor;
 
-/// Residuals over the stated noise from which it is tried: what is less is of no consequence for springs.
-const OPEN: f64 = 1.2;
 /// Share of what is above the noise that one constant must explain. A judgement: what gives elsewhere explains less in place of a length.
 const EXPLAINED: f64 = 0.9;
 /// Constants that are fitted: those that leave least in first order.
@@ -23,7 +21,7 @@ const FITTED: usize = 3;
 /// Where springs fitted to deflections leave more than the stated noise, the same with one length or angle of the description fitted too.
 pub(super) fn as_described(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let is_asked = evidence.campaign.is_difference() && evidence.campaign.sigma.is_some();
-    let found = evidence.found.filter(|found| is_asked && found.converged() && found.noise_ratio > OPEN);
+    let found = evidence.found.filter(|found| is_asked && found.converged());
     found.and_then(|found| another_length(evidence, found, limits)).into_iter().collect()
 }
 
@@ -41,7 +39,10 @@ fn another_length(evidence: &Evidence, found: &Calibration, limits: &Limits) -> 
         let parameter = &model.registry[slot];
         let moved = other.values[slot] - parameter.nominal;
         let is_far = moved.abs() > limits.moved * parameter.tolerance;
-        let is_explained = other.noise_ratio.powi(2) - 1.0 <= (1.0 - EXPLAINED) * (before.powi(2) - 1.0);
+        // Noise alone leaves so much more than its variance once in forty times.
+        let by_noise = normal95() * (2.0 / other.degrees_of_freedom.max(1.0)).sqrt();
+        let most = by_noise.max((1.0 - EXPLAINED) * (before.powi(2) - 1.0));
+        let is_explained = other.noise_ratio.powi(2) - 1.0 <= most;
         (other.converged() && is_far && is_explained).then_some((slot, moved, other.noise_ratio))
     };
     let all = promising(evidence, found, limits)?.into_iter().filter_map(refitted);

@@ -34,8 +34,10 @@ fn moved<'a>(evidence: &'a Evidence) -> impl Iterator<Item = Moved<'a>> {
             let width = estimate.ci95.filter(|width| width.is_finite())?;
             let widths = (estimate.value - estimate.nominal).abs() / width.max(f64::MIN_POSITIVE);
             let merged = found.identifiability.combinations.iter().filter(|(kept, _)| *kept == column);
+            // A spring that readings hardly show is merged by factors of metres, which a length need not move by.
             let of_merged = |(dropped, factor): &(usize, f64)| {
-                let tolerance = found.slots.get(*dropped).map_or(0.0, |&slot| registry[slot].tolerance);
+                let own = found.slots.get(*dropped).map(|&slot| &registry[slot]);
+                let tolerance = own.filter(|own| own.group != Group::Elastic).map_or(0.0, |own| own.tolerance);
                 (factor * if tolerance.is_finite() { tolerance } else { 0.0 }).powi(2)
             };
             let length_of = |(dropped, factor): &(usize, f64)| {
@@ -291,7 +293,8 @@ pub(super) fn better_than_registered(evidence: &Evidence, limits: &Limits) -> Ve
 pub(super) fn enough_readings(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let Some(found) = evidence.found else { return Vec::new() };
     let fitted = found.fitted(evidence.campaign);
-    let (amount, kept) = (fitted.amount(), found.identifiability.kept.len());
+    // What the noise hides is fitted to the readings too, by being held where they are fitted well.
+    let (amount, kept) = (fitted.amount(), found.identifiability.rank);
     let held_out = evidence.campaign.select(|index, _| found.holds_out(index));
     let few = super::amount::few_held_out(&held_out.amount());
     super::amount::too_little(&amount, kept, limits).into_iter().chain(few).collect()
