@@ -469,14 +469,39 @@ fn a_length_behind_wrong_springs_is_told() {
     let sound = run(at, &["identify", "c", "--save", "sound.yaml", "--format", "json"]);
     assert_eq!(sound.status, 0, "{}{}", sound.out, sound.err);
     assert!(of_code(&json(&sound), "unlike-description").is_empty(), "{}", sound.out);
-    let other = SPRINGY.replace("d: 612", "d: 512");
-    assert_ne!(other, SPRINGY);
-    std::fs::write(at.join("arm.yaml"), other).expect("written");
-    let found = doubts(at, &["identify", "c"], "unlike-description", &["with `3.d` of 6", "instead of 512"]);
-    let figures = &of_code(&found, "unlike-description")[0]["figures"];
-    assert!(figures["ratio"].as_f64() > Some(1.5) && figures["ratio_with"].as_f64() < Some(1.2), "{figures}");
-    assert_eq!(run(at, &["identify", "c", "--save", "found.yaml"]).status, 1);
-    assert!(!at.join("found.yaml").exists());
+    // A great error leaves more than the noise, a small one does not, and is significant.
+    for length in ["512", "652"] {
+        let other = SPRINGY.replace("d: 612", &format!("d: {length}"));
+        assert_ne!(other, SPRINGY);
+        std::fs::write(at.join("arm.yaml"), other).expect("written");
+        let instead = format!("instead of {length}");
+        let found = doubts(at, &["identify", "c"], "unlike-description", &["with `3.d` of 6", &instead]);
+        let figures = &of_code(&found, "unlike-description")[0]["figures"];
+        assert!(figures["ratio_with"].as_f64() < Some(1.2), "{figures}");
+        assert_eq!(run(at, &["identify", "c", "--save", "found.yaml"]).status, 1);
+        assert!(!at.join("found.yaml").exists());
+    }
+}
+
+/// Loads a hundred times too small for the noise: what would be fitted is noise, and is not written.
+#[test]
+fn loads_within_the_noise_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("arm.yaml"), SPRINGY).expect("written");
+    let loads =
+        ["--wrench=0,0,-1.5", "--wrench=0.8,0.6,0", "--elastic-errors", "0.5", "--errors", "0", "--noise", "0.03"];
+    let made = ["simulate", "arm.yaml", "--poses", "30", "--observes", "deflection", "--seed", "41", "--into", "c"];
+    let ran = run(at, &[&made[..], &loads].concat());
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    for (command, save) in [("identify", "--save"), ("diagnose", "--apply")] {
+        let ran = run(at, &[command, "c", save, "a.yaml", "--format", "json"]);
+        let told = of_code(&json(&ran), "too-little-data");
+        let words =
+            told.first().and_then(|one| one["message"].as_str()).unwrap_or_else(|| panic!("{command}: {}", ran.out));
+        assert!(words.contains("no spring is known to better than its own size"), "{command}: {words}");
+        assert!(ran.status == 1 && !at.join("a.yaml").exists(), "{command}: {}", ran.err);
+    }
 }
 
 /// An arm as long as a UR10, with springs in its joints.

@@ -211,3 +211,21 @@ fn torques_of_a_real_arm() {
         assert!((gain + 1.0).abs() < 0.02, "{name} {gain}");
     }
 }
+
+/// Torques say nothing of where a robot stands: they are no readings of its registration, nor the scale of what is far off there.
+#[test]
+fn torques_have_no_part_in_a_registration() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = campaign(folder.path(), "torques: {q1: {gain: unknown, offset: unknown}}\n");
+    let text = std::fs::read_to_string(&path).expect("read");
+    let placed = |text: &str| text.replace("calibrate: [geometry]", "estimate: {base: true, tool: false}");
+    std::fs::write(&path, placed(&text)).expect("written");
+    let said = run(folder.path(), &["register", &path, "--format", "json"]);
+    assert_eq!(said.status, 0, "{}{}", said.out, said.err);
+    let json: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    assert!(!json["diagnostics"].to_string().contains("outlying-readings"), "{}", json["diagnostics"]);
+    let alone = placed(&text).replace("observes: [position, torque]", "observes: [torque]\nignore: [x, y, z]");
+    std::fs::write(&path, alone).expect("written");
+    let said = run(folder.path(), &["register", &path]);
+    assert!(said.status == 2 && said.err.contains("torques alone do not determine"), "{}", said.err);
+}

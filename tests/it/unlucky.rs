@@ -424,3 +424,26 @@ fn wrong_orientations_are_told_in_degrees() {
         );
     }
 }
+
+/// A noise that is stated a hundred times too great: what `diagnose` writes leaves what it says.
+#[test]
+fn a_noise_far_too_great_hides_nothing_from_what_is_applied() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let made =
+        ["--poses", "60", "--observes", "pose", "--noise", "0.05", "--orientation-noise", "0.01", "--errors", "1"];
+    simulated(at, "universal-ur10", &[&UNKNOWN[..], &made, &["--seed", "5"]].concat());
+    let path = at.join("s/campaign.yaml");
+    let text = std::fs::read_to_string(&path).expect("read");
+    let great = text.replace("sigma: 0.05", "sigma: 5").replace("orientation: 0.01", "orientation: 1");
+    assert_ne!(great, text);
+    std::fs::write(&path, great).expect("written");
+    let ran = run(at, &["diagnose", "s", "--apply", "a.yaml", "--format", "json"]);
+    let found = json(&ran);
+    assert!(!of_code(&found, "noise-unlike-stated").is_empty(), "{}", ran.out);
+    let said = found["gap"]["rms"].as_f64().expect("a figure");
+    let ran = run(at, &["residuals", "a.yaml", "s", "--format", "json"]);
+    assert_eq!(ran.status, 0, "{}{}", ran.out, ran.err);
+    let left = json(&ran)["all"]["rms"].as_f64().unwrap_or_else(|| panic!("{}", ran.out));
+    assert!(left < 1.5 * said && said < 0.2, "{left} mm where {said} mm are said");
+}
