@@ -70,6 +70,11 @@ const MOST_WRONG: f64 = 0.4;
 /// A fit by least squares bends to them, and hides them.
 pub fn far_when_registered(model: &Model, campaign: &Campaign, seed: u64) -> Option<(Vec<usize>, Diagnostic)> {
     let limits = Limits::default();
+    // Torques say nothing of where the robot stands, and have no scale in common with what does.
+    let all = campaign;
+    let is_placed = |index: usize| all.readings[index].observes.by_variable().is_none();
+    let placed: Vec<usize> = (0..all.readings.len()).filter(|&index| is_placed(index)).collect();
+    let campaign = &all.select(|index, _| is_placed(index));
     let settings = searching(campaign, &limits);
     let values = least_median(model, campaign, &model.registry.nominal(), &settings, seed).ok()??;
     let residual = residuals(model, campaign, &values).ok()?;
@@ -89,7 +94,7 @@ pub fn far_when_registered(model: &Model, campaign: &Campaign, seed: u64) -> Opt
     is_few.then(|| {
         let diagnostic = described(&evidence, &wrong, &|k| size[k], middle);
         (
-            wrong,
+            wrong.into_iter().map(|k| placed[k]).collect(),
             diagnostic.remedy(
                 "they are left out here: correct or delete those rows; with `--loss squares` all readings count alike",
             ),

@@ -212,9 +212,9 @@ fn torques_of_a_real_arm() {
     }
 }
 
-/// Torques say nothing of where a robot stands: they are no readings of its registration, nor the scale of what is far off there.
+/// Torques say nothing of where a robot stands: they are not the scale of what is far off in its registration.
 #[test]
-fn torques_have_no_part_in_a_registration() {
+fn torques_decide_nothing_of_a_registration() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = campaign(folder.path(), "torques: {q1: {gain: unknown, offset: unknown}}\n");
     let text = std::fs::read_to_string(&path).expect("read");
@@ -224,8 +224,4 @@ fn torques_have_no_part_in_a_registration() {
     assert_eq!(said.status, 0, "{}{}", said.out, said.err);
     let json: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
     assert!(!json["diagnostics"].to_string().contains("outlying-readings"), "{}", json["diagnostics"]);
-    let alone = placed(&text).replace("observes: [position, torque]", "observes: [torque]\nignore: [x, y, z]");
-    std::fs::write(&path, alone).expect("written");
-    let said = run(folder.path(), &["register", &path]);
-    assert!(said.status == 2 && said.err.contains("torques alone do not determine"), "{}", said.err);
 }

@@ -16,15 +16,7 @@ pub fn run(command: &Register, session: &Session) -> Result<Output, Error> {
     let loss = loss(&command.robust)?;
     command.save.as_deref().map_or(Ok(()), can_write)?;
     let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
-    // Torques say nothing of where the robot stands.
-    let placed = loaded.campaign.select(|_, reading| reading.observes.by_variable().is_none());
-    if placed.readings.is_empty() {
-        return Err(Error::input(
-            "torques alone do not determine the robot's base",
-            "register positions, poses or distances",
-        ));
-    }
-    let campaign = &placed;
+    let campaign = &loaded.campaign;
     known_parameters(&loaded.robot.model, command.hold.iter().map(String::as_str))?;
     if campaign.observes.is_difference() {
         return Err(Error::input(
