@@ -21,6 +21,8 @@ struct Moved<'a> {
     widths: f64,
     /// One standard deviation of where it may be by the tolerances: its own, and those of the constants that are merged into it.
     tolerance: f64,
+    /// The same without merged springs: what readings hardly show of one is merged by factors of metres, which a length need not move by.
+    of_geometry: f64,
     /// What the other lengths add for which it stands, of parallel axes, m.
     merged: f64,
 }
@@ -34,11 +36,12 @@ fn moved<'a>(evidence: &'a Evidence) -> impl Iterator<Item = Moved<'a>> {
             let width = estimate.ci95.filter(|width| width.is_finite())?;
             let widths = (estimate.value - estimate.nominal).abs() / width.max(f64::MIN_POSITIVE);
             let merged = found.identifiability.combinations.iter().filter(|(kept, _)| *kept == column);
-            // A spring that readings hardly show is merged by factors of metres, which a length need not move by.
             let of_merged = |(dropped, factor): &(usize, f64)| {
                 let own = found.slots.get(*dropped).map(|&slot| &registry[slot]);
-                let tolerance = own.filter(|own| own.group != Group::Elastic).map_or(0.0, |own| own.tolerance);
-                (factor * if tolerance.is_finite() { tolerance } else { 0.0 }).powi(2)
+                let variance =
+                    |own: &Parameter| (factor * if own.tolerance.is_finite() { own.tolerance } else { 0.0 }).powi(2);
+                let is_spring = own.is_some_and(|own| own.group == Group::Elastic);
+                (is_spring, own.map_or(0.0, variance))
             };
             let length_of = |(dropped, factor): &(usize, f64)| {
                 let own = found.slots.get(*dropped).map(|&slot| &registry[slot]);
@@ -46,9 +49,13 @@ fn moved<'a>(evidence: &'a Evidence) -> impl Iterator<Item = Moved<'a>> {
                     .map(|own| factor * own.nominal)
             };
             let lengths = merged.clone().flat_map(|(_, terms)| terms).filter_map(length_of).sum();
-            let merged: f64 = merged.flat_map(|(_, terms)| terms).map(of_merged).sum();
-            let tolerance = (parameter.tolerance.powi(2) + merged).sqrt();
-            let own = Moved { estimate, parameter, column, widths, tolerance, merged: lengths };
+            let merged: Vec<(bool, f64)> = merged.flat_map(|(_, terms)| terms).map(of_merged).collect();
+            let with = |counts: &dyn Fn(bool) -> bool| {
+                let counted = merged.iter().filter(|(is_spring, _)| counts(*is_spring)).map(|(_, variance)| variance);
+                (parameter.tolerance.powi(2) + counted.sum::<f64>()).sqrt()
+            };
+            let (tolerance, of_geometry) = (with(&|_| true), with(&|is_spring| !is_spring));
+            let own = Moved { estimate, parameter, column, widths, tolerance, of_geometry, merged: lengths };
             (parameter.group == Group::Geometry).then_some(own)
         })
     })
@@ -56,12 +63,12 @@ fn moved<'a>(evidence: &'a Evidence) -> impl Iterator<Item = Moved<'a>> {
 
 pub(super) fn near_their_description(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let mut far: Vec<(f64, String, bool)> = moved(evidence)
-        .filter_map(|Moved { estimate, parameter, widths, tolerance, .. }| {
+        .filter_map(|Moved { estimate, parameter, widths, tolerance, of_geometry, .. }| {
             let by = (estimate.value - estimate.nominal).abs();
-            let tolerances = by / tolerance;
+            let tolerances = by / of_geometry;
             let is_hopeless = match parameter.kind {
                 Kind::Angle => by > limits.turned,
-                _ => tolerances > limits.moved_hopelessly,
+                _ => by / tolerance > limits.moved_hopelessly,
             };
             let is_far = widths > limits.significant && (tolerances > limits.moved || is_hopeless);
             is_far.then(|| (tolerances, described(estimate, parameter), is_hopeless))
