@@ -97,8 +97,8 @@ fn calibrated(
     let found = match competition.campaign.sigma {
         Some(_) => {
             // A noise that is stated far too great would hide all that the readings show.
-            let is_far_below = noise < FAR_BELOW;
-            let coarse = fitted(if is_far_below { Criterion::NoiseTimes(noise) } else { Criterion::Noise })?;
+            let left = competition.calibration.as_ref().map(|of| of.noise_ratio).filter(|left| *left < FAR_BELOW);
+            let coarse = fitted(left.map_or(Criterion::Noise, Criterion::NoiseTimes))?;
             // What the noise would hide of a described robot may be needed where constants are far from the description.
             let is_enough = !members.is_empty() || describes(&competition.campaign, &coarse);
             let fine =
