@@ -183,8 +183,8 @@ pub fn calibrate(
     Ok(found)
 }
 
-/// Most fits with the loads of joints of the values found before: each brings them nearer by a hundred times and more, since a length that is off
-/// by a thousandth changes them by as much.
+/// Most fits with the loads of joints of the values found before. A length that is off by a thousandth changes them by about as much, so
+/// that few are needed.
 const LOADED: usize = 5;
 /// Change of all read loads together, in standard deviations, that counts as none: no estimate moves by more of its own.
 const LOAD_CHANGE: f64 = 0.05;

@@ -300,7 +300,7 @@ pub(super) fn better_than_registered(evidence: &Evidence, limits: &Limits) -> Ve
 pub(super) fn enough_readings(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let Some(found) = evidence.found else { return Vec::new() };
     let fitted = found.fitted(evidence.campaign);
-    // What the noise hides is fitted to the readings too, by being held where they are fitted well.
+    // Constants that the noise hides count: the readings decide which of them are held.
     let (amount, kept) = (fitted.amount(), found.identifiability.rank);
     let held_out = evidence.campaign.select(|index, _| found.holds_out(index));
     let few = super::amount::few_held_out(&held_out.amount());

@@ -3,7 +3,7 @@
 //!
 //! A joint deflects by its compliance times its load. The structure is deflected by the described loads; what the measured
 //! load of a joint differs by is added as a motion of that joint. The described load is that of the lengths as described
-//! ([`super::fill_holding_loads`]).
+//! ([`super::fill_holding_loads`]), in a calibration that of the lengths that it finds ([`super::with_holding_loads`]).
 
 use nalgebra::Vector3;
 

@@ -12,8 +12,8 @@ pub fn unused(campaign: &Campaign, raw: &RawCampaign, locate: Locate) -> Vec<Dia
         campaign.readings.iter().any(|reading| reading.payload.is_some() && reading.payload == own)
     };
     let refers = |name: &str| {
-        let named = campaign.readings.iter().filter_map(|reading| campaign.targets.get(reading.target?));
-        named.into_iter().any(|target| target.member.0 == name)
+        let mut named = campaign.readings.iter().filter_map(|reading| campaign.targets.get(reading.target?));
+        named.any(|target| target.member.0 == name)
     };
     let payloads = raw.payloads.keys().filter(|name| !carries(name)).map(|name| ("payloads", "payload", name));
     let contacts = raw.contacts.keys().filter(|name| !refers(name)).map(|name| ("contacts", "contact", name));
