@@ -38,7 +38,7 @@ impl Plant<'_> {
     pub fn readings(&self, campaign: &Campaign, sigma: f64) -> Result<Vec<[f64; 3]>, PredictionError> {
         let (values, campaign) = self.changed(campaign);
         let wrench = campaign.readings.iter().any(Reading::is_loaded);
-        let loads = Loads { weight: !campaign.observes.is_difference(), wrench };
+        let loads = Loads { weight: !campaign.is_difference(), wrench };
         let weights = Weights::new(self.model, &values);
         let times = campaign.conditions.time.as_ref();
         let machine = Machine {
@@ -149,7 +149,7 @@ impl Machine<'_> {
         };
         let loaded = self.position(&placed, &loads, &applied)?;
         let unloaded = Applied { force: Vector3::zeros(), ..applied };
-        let is_difference = self.campaign.observes.is_difference();
+        let is_difference = self.campaign.is_difference();
         moved += if is_difference { loaded - self.position(&placed, &own_loads, &unloaded)? } else { loaded };
         self.displace(index, &placed, &applied, &mut moved);
         Ok(self.shown(index, &geometry, moved, time, sigma))
@@ -223,7 +223,7 @@ impl Machine<'_> {
     /// Displaces the point (base frame) by the causes that no joint and no body carries.
     fn displace(&self, index: usize, placed: &Placed, applied: &Applied, moved: &mut Vector3<f64>) {
         let share = index as f64 / self.campaign.readings.len() as f64;
-        let time = if self.campaign.observes.is_difference() { share } else { placed.time };
+        let time = if self.campaign.is_difference() { share } else { placed.time };
         let Reading { marker: measured, .. } = self.campaign.readings[index];
         for (shape, size) in &self.plant.causes {
             if let Some(by) = shape.smooth(placed.q, applied.force.norm()) {
@@ -246,7 +246,7 @@ impl Machine<'_> {
     /// What the instrument shows of a point or a difference of points (base frame).
     fn shown(&self, index: usize, geometry: &Geometry, moved: Vector3<f64>, time: f64, sigma: f64) -> [f64; 3] {
         let base = geometry.base();
-        let mut shown = if self.campaign.observes.is_difference() {
+        let mut shown = if self.campaign.is_difference() {
             base.rotation * moved
         } else {
             let mut shift = [0.0; 6];

@@ -150,7 +150,7 @@ pub fn excess_compliance(
     errors: &[Vector3<f64>],
     settings: &LocationSettings,
 ) -> Option<ExcessCompliance> {
-    if !campaign.observes.is_difference() {
+    if !campaign.is_difference() {
         return None;
     }
     // Error along the prediction, and the square of the prediction.

@@ -97,6 +97,9 @@ pub(super) static LAW: Law = Law {
         let own = site.coordinate.filter(|_| site.kind == SiteKind::Joint);
         let kind = site.kind;
         Arc::new(move |context, out| {
+            if context.is_difference && !matches!(driver, Driver::Load(_)) {
+                return;
+            }
             let Some(value) = context.driver(driver) else { return };
             let Some(variable) = own else {
                 spline.weights(value, |knot, weight| match kind {

@@ -30,7 +30,7 @@ pub struct Law {
     pub recurs: bool,
     /// As [`Effect::remains`].
     pub remains: Option<&'static str>,
-    /// Whether it is the same with and without an applied load, so that a difference of the two does not show it.
+    /// As [`Effect::cancels_in_differences`].
     pub cancels_in_differences: bool,
     pub sites: Option<fn(&Model) -> Vec<Site>>,
     /// As [`Effect::misplaced`].
@@ -142,6 +142,10 @@ impl Effect for &'static Law {
 
     fn is_free_form(&self) -> bool {
         self.is_free_form
+    }
+
+    fn cancels_in_differences(&self) -> bool {
+        self.cancels_in_differences
     }
 
     fn covers(&self, model: &Model, site: &Site) -> Vec<String> {

@@ -234,7 +234,8 @@ fn best_kind(model: &Model, campaign: &Campaign, is_own: impl Fn(&Reading) -> bo
             || reading.observes.target_column().is_none()
             || is_known(reading)
     };
-    let is_placed = |reading: &&Reading| is_own(reading) && !reading.observes.ignores_arrangement();
+    let shows_place = |observes: Observes| !observes.ignores_arrangement() && !observes.is_difference();
+    let is_placed = |reading: &&Reading| is_own(reading) && shows_place(reading.observes);
     let kinds = || campaign.readings.iter().filter(is_placed).filter(places).map(|r| r.observes);
     kinds().find(|kind| kind.holds_pose()).or_else(|| kinds().max_by_key(|kind| kind.length_rows()))
 }

@@ -73,7 +73,7 @@ pub struct What {
 }
 
 impl What {
-    /// What a campaign's readings are made for: stiffness from deflections, geometry from all others, and springs too where the
+    /// What a campaign's readings are made for: stiffness from deflections, geometry from all others (both, where it holds both), and springs too where the
     /// campaign names an effect of them under `calibrate:`.
     pub fn usual(model: &Model, campaign: &Campaign) -> Self {
         let of_springs = |name: &String| {
@@ -85,7 +85,7 @@ impl What {
         let usual = Self::of(campaign.observes);
         let named =
             || campaign.calibrate.iter().filter_map(of_springs).any(|is| is) && !model.elastic_slots().is_empty();
-        Self { elastic: usual.elastic || named(), ..usual }
+        Self { elastic: usual.elastic || campaign.holds_differences() || named(), ..usual }
     }
 
     /// What readings of a kind are made for.

@@ -112,6 +112,10 @@ pub trait Effect: Send + Sync {
     fn recurs(&self) -> bool {
         false
     }
+    /// Whether it is the same with and without an applied load, so that a difference of the two does not show it.
+    fn cancels_in_differences(&self) -> bool {
+        false
+    }
     /// Name of the effect, at the same site, that it is from its end on: a joint that slipped stays where it is.
     fn remains(&self) -> Option<&'static str> {
         None

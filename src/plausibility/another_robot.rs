@@ -18,7 +18,7 @@ pub(super) fn is_the_same(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
     let Some(found) = evidence.found.filter(|found| found.converged() && !found.slots.is_empty()) else {
         return Vec::new();
     };
-    let Some(parts) = parts(campaign).filter(|_| !campaign.is_difference()) else { return Vec::new() };
+    let Some(parts) = parts(campaign).filter(|_| !campaign.holds_differences()) else { return Vec::new() };
     let together = left(campaign, found);
     let has_lengths = campaign.holds_lengths();
     let is_noise =

@@ -9,8 +9,10 @@ use super::{
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
+use crate::estimation::{RegistrationSettings, registered};
 use crate::math::distinct;
 use crate::model::Model;
+use crate::parameter::Group;
 
 /// One check. Those that look at a calibration find nothing where there is none.
 pub struct Check {
@@ -139,11 +141,24 @@ pub fn judge_result(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
 
 fn found_by<'c>(checks: impl Iterator<Item = &'c Check>, evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let mut all: Vec<(bool, Diagnostic)> = Vec::new();
+    // Places and deflections are read wrongly in ways of their own.
+    let halves = evidence.campaign.by_difference();
+    let placed = halves.as_ref().map(|[places, _]| placed(evidence.model, places));
+    let of_halves: Vec<Evidence> = match (&halves, &placed) {
+        (Some([places, deflections]), Some(placed)) => {
+            vec![Evidence::of(evidence.model, places), Evidence::of(placed, deflections)]
+        }
+        _ => Vec::new(),
+    };
     for check in checks {
-        for found in (check.find)(evidence, limits) {
+        let parts = if check.of_result || of_halves.is_empty() { std::slice::from_ref(evidence) } else { &of_halves };
+        for found in parts.iter().flat_map(|part| (check.find)(part, limits)) {
             let is_own = check.codes.contains(&found.code);
             let usual = check.codes.first().copied().unwrap_or(found.code);
-            all.push((check.of_result, if is_own { found } else { found.code(usual) }));
+            let found = (check.of_result, if is_own { found } else { found.code(usual) });
+            if !all.contains(&found) {
+                all.push(found);
+            }
         }
     }
     // Of a fit that did not end at a minimum nothing else can be said than why.
@@ -152,6 +167,19 @@ fn found_by<'c>(checks: impl Iterator<Item = &'c Check>, evidence: &Evidence, li
         all.retain(|(of_result, diagnostic)| !of_result || is_open(diagnostic) || diagnostic.code == Code::Misread);
     }
     all.into_iter().map(|(_, diagnostic)| diagnostic).collect()
+}
+
+/// The model with base and tool described as its absolute readings place them: a deflection is read in the axes of the instrument.
+fn placed(model: &Model, places: &Campaign) -> Model {
+    let mut placed = model.clone();
+    let found = registered(model, places, &model.registry.nominal(), &RegistrationSettings::default());
+    for (parameter, value) in placed.registry.all_mut().iter_mut().zip(found.into_iter().flat_map(|(values, _)| values))
+    {
+        if matches!(parameter.group, Group::Base | Group::Tool) {
+            parameter.nominal = value;
+        }
+    }
+    placed
 }
 
 /// The same without readings that are far off both before and after a calibration: the greater number of them.

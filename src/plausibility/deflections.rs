@@ -85,7 +85,7 @@ pub(super) fn show_the_springs(evidence: &Evidence, _: &Limits) -> Vec<Diagnosti
 pub(super) fn zeroed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let campaign = evidence.campaign;
     let converged = evidence.found.is_some_and(Calibration::converged);
-    if !converged || !campaign.is_difference() {
+    if !converged || !campaign.holds_differences() {
         return Vec::new();
     }
     shift(evidence, limits).into_iter().collect()
@@ -94,9 +94,12 @@ pub(super) fn zeroed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
 fn shift(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     let fit = Fitted::of(evidence)?;
     let campaign = evidence.campaign;
-    let lengths = |k: usize| campaign.readings[fit.reading(k)].observes.length_rows();
+    let is_shown = |k: usize| {
+        let observes = campaign.readings[fit.reading(k)].observes;
+        observes.is_difference() && observes.length_rows() == 3
+    };
     let mut columns = DMatrix::zeros(fit.residual.len(), 3);
-    for k in (0..fit.readings().len()).filter(|&k| lengths(k) == 3) {
+    for k in (0..fit.readings().len()).filter(|&k| is_shown(k)) {
         (0..3).for_each(|axis| columns[(fit.rows[k] + axis, axis)] = 1.0 / fit.sigma(fit.rows[k] + axis));
     }
     let free = project_off(&columns, &fit.basis);

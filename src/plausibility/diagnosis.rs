@@ -191,7 +191,7 @@ fn forbidden_to_identify(model: &Model, campaign: &Campaign, found: &Diagnosis, 
     let names_outliers = found.causes.iter().any(|cause| cause.family == Family::Gross);
     let is_open = matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained)
         || !found.outliers.is_empty() && !names_outliers;
-    let fits_as_identify = campaign.observes.purpose() == Purpose::Geometry || !campaign.calibrate.is_empty();
+    let fits_as_identify = campaign.purpose() == Purpose::Geometry || !campaign.calibrate.is_empty();
     if !is_open || !fits_as_identify {
         return Vec::new();
     }
@@ -294,7 +294,7 @@ fn refused_as_calibration(
     limits: &Limits,
 ) -> Option<Diagnostic> {
     let diagnosed = found.calibration.as_ref()?;
-    if campaign.observes.purpose() != Purpose::Geometry || !campaign.calibrate.is_empty() || found.causes.is_empty() {
+    if campaign.purpose() != Purpose::Geometry || !campaign.calibrate.is_empty() || found.causes.is_empty() {
         return None;
     }
     let asked = Settings { second_order: false, ..Settings::default() };

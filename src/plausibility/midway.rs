@@ -58,7 +58,7 @@ fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step
         let reading = &campaign.readings[*k];
         reading.observes.measured_position(&reading.measured).is_some()
     };
-    if !found.converged() || campaign.is_difference() {
+    if !found.converged() || campaign.holds_differences() {
         return None;
     }
     let mut fit = Fitted::of(evidence)?;

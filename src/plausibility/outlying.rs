@@ -271,14 +271,15 @@ fn many(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     let campaign = evidence.campaign;
     let size: Vec<f64> = errors(campaign, &found.residual, limits).collect();
     let middle = median(&mut size.clone())?;
-    let allowances = allowances(campaign, limits);
+    let least = Fitted::of(evidence)?.least();
+    let allowances = allowances(campaign, &size, least, limits);
     let is_beyond = |floor: f64, k: usize| size[k] > floor * allowances[k];
     let beyond = |floor: f64| (0..size.len()).filter(|&k| is_beyond(floor, k)).count();
     let is_few = |far: usize| (far as f64) < limits.wrong_share * size.len() as f64;
     if is_few(beyond(limits.outlying_open * middle)) {
         return None;
     }
-    let floor = limits.outlying_open * middle.max(Fitted::of(evidence)?.least());
+    let floor = limits.outlying_open * middle.max(least);
     // Torques and positions have no scale in common: of the kind that is far off, half are near.
     let mut kinds: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
     for (k, reading) in campaign.readings.iter().enumerate() {
@@ -344,7 +345,7 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
     let least = fit.least();
     // Many together hide each other from deletion, and are plain where a robust loss has not let them bend the fit.
     let floor = limits.outlying_open * median(&mut size.clone())?.max(least);
-    let allowances = allowances(campaign, limits);
+    let allowances = allowances(campaign, &size, least, limits);
     let is_plain = |reading: usize| size[reading] > floor * allowances[reading];
     let plain: Vec<usize> = (0..fit.readings().len()).filter(|&k| is_plain(fit.reading(k))).collect();
     let plain = if plain.len() < most { plain } else { Vec::new() };
@@ -398,9 +399,10 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
     (wrong.len() < most.max(2)).then_some((wrong, size, middle))
 }
 
-/// How many times farther off than the others each reading may be, at least 1: its noise, where that is stated, over the median of all.
-/// Kinds of readings, files and rows may state noises of their own.
-fn allowances(campaign: &Campaign, limits: &Limits) -> Vec<f64> {
+/// How many times farther off than the others each reading may be: its noise, where that is stated, over the median of all, at least 1, since
+/// kinds of readings, files and rows may state noises of their own; and of places and deflections together the median error of its own, of which
+/// nothing that moves the unloaded robot is part, over that of all. `least` is an error of the noise, m.
+fn allowances(campaign: &Campaign, size: &[f64], least: f64, limits: &Limits) -> Vec<f64> {
     let torques = is_of_torques(campaign);
     let stated = |reading: &Reading| {
         let is_stated = |row: usize| {
@@ -414,7 +416,20 @@ fn allowances(campaign: &Campaign, limits: &Limits) -> Vec<f64> {
     };
     let stated: Vec<f64> = campaign.readings.iter().map(stated).collect();
     let usual = median(&mut stated.clone()).unwrap_or_default();
-    stated.into_iter().map(|own| if usual > 0.0 { (own / usual).max(1.0) } else { 1.0 }).collect()
+    let by_noise = stated.into_iter().map(|own| if usual > 0.0 { (own / usual).max(1.0) } else { 1.0 });
+    let middle = |is_own: &dyn Fn(&Reading) -> bool| {
+        let own = campaign.readings.iter().zip(size).filter(|(reading, _)| is_own(reading));
+        median(&mut own.map(|(_, size)| *size).collect::<Vec<f64>>()).unwrap_or_default().max(least)
+    };
+    let all = middle(&|_| true);
+    let [places, differences] = [false, true].map(|kind| middle(&|reading| reading.observes.is_difference() == kind));
+    let is_mixed = all > 0.0 && campaign.holds_differences() && !campaign.is_difference();
+    let of_kind = |reading: &Reading| match (is_mixed, reading.observes.is_difference()) {
+        (false, _) => 1.0,
+        (true, false) => places / all,
+        (true, true) => differences / all,
+    };
+    by_noise.zip(&campaign.readings).map(|(by_noise, reading)| by_noise * of_kind(reading)).collect()
 }
 
 /// Errors (m) of all readings, the same parameters fitted without some, and [`responses`]; `None` where that cannot be done.

@@ -72,7 +72,7 @@ impl<'a> Predictor<'a> {
                 _ => blocks.push(reading..reading + 1),
             }
         }
-        let moves_deflection = loads(campaign).wrench || campaign.is_difference();
+        let moves_deflection = loads(campaign).wrench || campaign.holds_differences();
         Ok(Self { model, campaign, slots, moves_deflection, blocks })
     }
 

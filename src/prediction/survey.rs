@@ -18,7 +18,6 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
     let model = geometry.model;
     let (variables, followers) = (model.variables.len(), model.followers());
     let coordinates = variables + followers.len();
-    let is_difference = campaign.observes.is_difference();
     let mut drivers = DriverValues::new(campaign, coordinates);
     let zeros = vec![0.0; coordinates];
     let mut survey = Survey { greatest_load: zeros.clone(), greatest_own_load: zeros, ..Survey::default() };
@@ -29,7 +28,7 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
         let is_seen = reading.observes.length_rows() == 3 && !reading.observes.touches();
         let seen = is_seen.then(|| [(base * undeflected_point(geometry, &state.placements, reading)).coords, up]);
         drivers.note(campaign, index, &followers, loads, seen);
-        for (coordinate, (load, own)) in shown(loads, is_difference).zip(&loads.own).enumerate() {
+        for (coordinate, (load, own)) in shown(loads, reading).zip(&loads.own).enumerate() {
             survey.greatest_load[coordinate] = survey.greatest_load[coordinate].max(load.abs());
             survey.greatest_own_load[coordinate] = survey.greatest_own_load[coordinate].max(own.abs());
         }
@@ -40,7 +39,7 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
     survey.mean_temperatures = temperatures.collect();
     survey.markers = distinct(campaign.readings.iter().filter_map(|reading| reading.marker));
     survey.loaded = campaign.readings.iter().any(Reading::is_loaded);
-    survey.is_difference = is_difference;
+    survey.is_difference = campaign.is_difference();
     survey.knots = drivers.knots();
     Ok(survey)
 }
@@ -50,14 +49,14 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
 /// # Errors
 /// The first configuration that cannot be assembled.
 pub fn joint_loads(geometry: &Geometry, campaign: &Campaign) -> Result<Vec<Vec<f64>>, PredictionError> {
-    let is_difference = campaign.observes.is_difference();
     let mut all = Vec::with_capacity(campaign.readings.len());
-    each_reading(geometry, campaign, |_, _, loads| all.push(shown(loads, is_difference).collect()))?;
+    each_reading(geometry, campaign, |index, _, loads| all.push(shown(loads, &campaign.readings[index]).collect()))?;
     Ok(all)
 }
 
 /// Loads on the joints as a reading shows them.
-fn shown(loads: &JointLoads, is_difference: bool) -> impl Iterator<Item = f64> {
+fn shown(loads: &JointLoads, reading: &Reading) -> impl Iterator<Item = f64> {
+    let is_difference = reading.observes.is_difference();
     loads.total.iter().zip(&loads.own).map(move |(load, own)| load - if is_difference { *own } else { 0.0 })
 }
 

@@ -89,7 +89,6 @@ pub(super) struct Terms {
     pub columns: usize,
     /// First column of each term.
     first: Vec<usize>,
-    is_difference: bool,
     loads: JointLoadPlan,
     carried: CarriedLoadPlan,
     measured: MeasuredLoads,
@@ -138,14 +137,12 @@ impl Terms {
         let temperature_of =
             |term: &Term| SiteTemperature::new(term, &model.frames[term.site.frame].name, &campaign.conditions);
         let temperature = terms.iter().map(temperature_of).collect();
-        let is_difference = campaign.observes.is_difference();
         let measured = MeasuredLoads::new(model, campaign);
         let looks_back = terms.iter().any(|term| term.effect.reads().contains(&Condition::LastMove));
         Self {
             terms,
             columns,
             first,
-            is_difference,
             loads,
             carried: CarriedLoadPlan::new(mechanics),
             measured,
@@ -181,7 +178,8 @@ impl Terms {
 
     /// Columns of one reading, into `out.columns`.
     pub fn evaluate(&self, at: &ReadingAt, out: &mut TermWorkspace) {
-        self.carry(at, &mut out.carried, &mut out.bodies);
+        let is_difference = at.reading().observes.is_difference();
+        self.carry(at, is_difference, &mut out.carried, &mut out.bodies);
         let TermWorkspace { loads, bodies, q, side, last_move, earlier_moves, changes, columns, .. } = out;
         self.loads.load(at.state, at.point, loads);
         let JointLoads { total, joint_rate, .. } = loads;
@@ -203,6 +201,9 @@ impl Terms {
         let by_wrench = at.mechanics.deflection_by_wrench(at.state, at.point);
         columns.fill([0.0; 6]);
         for ((term, &first), temperature) in self.terms.iter().zip(&self.first).zip(&self.temperature) {
+            if is_difference && term.effect.cancels_in_differences() {
+                continue;
+            }
             let context = ReadingContext {
                 q,
                 joints: &at.state.placements.joints,
@@ -222,11 +223,15 @@ impl Terms {
                 up,
                 carried: bodies,
                 deflection: base.rotation * by_wrench.displacement,
-                is_difference: self.is_difference,
+                is_difference,
             };
             changes.clear();
             (term.changes)(&context, changes);
             for &(parameter, change) in changes.iter() {
+                // What moves the robot whether it is loaded or not: both readings of a difference hold it.
+                if is_difference && matches!(change, Change::Joint(..) | Change::Slot(..)) {
+                    continue;
+                }
                 let twist = self.twist(at, loads, change);
                 let column = &mut columns[first + parameter];
                 (0..6).for_each(|k| column[k] += twist[k]);
@@ -235,8 +240,8 @@ impl Terms {
     }
 
     /// What each body carries in a reading, and where it is.
-    fn carry(&self, at: &ReadingAt, carried: &mut CarriedLoads, bodies: &mut Vec<CarriedLoad>) {
-        self.carried.load(at.point, self.is_difference, carried);
+    fn carry(&self, at: &ReadingAt, is_difference: bool, carried: &mut CarriedLoads, bodies: &mut Vec<CarriedLoad>) {
+        self.carried.load(at.point, is_difference, carried);
         let base = at.base();
         bodies.clear();
         bodies.extend(at.state.placements.frames.iter().zip(&carried.total).map(|(frame, (load, carries_point))| {
@@ -264,7 +269,6 @@ impl Terms {
     fn twist(&self, at: &ReadingAt, loads: &JointLoads, change: Change) -> [f64; 6] {
         let moved = loads.twists.of(at.point.at.frame);
         let (column, amount) = match change {
-            Change::Joint(..) if self.is_difference => return [0.0; 6],
             Change::Joint(own, amount) | Change::Deflection(own, amount) => {
                 (moved[own], amount / loads.joint_rate[own])
             }

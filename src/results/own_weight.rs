@@ -49,7 +49,7 @@ impl OwnWeight {
 
     /// Of what is predicted for a campaign's readings: absolute ones hold it, differences do not.
     pub fn of_campaign(model: &Model, values: &[f64], campaign: &Campaign) -> Self {
-        let own = Self::new(model, values, !campaign.observes.is_difference());
+        let own = Self::new(model, values, !campaign.is_difference());
         let holds_torques = || campaign.readings.iter().any(|reading| reading.observes.by_variable().is_some());
         if own == Self::Rigid && holds_torques() {
             return Self::InTorques;

@@ -34,7 +34,7 @@ pub struct Mechanics<'m> {
 /// What loads the structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Loads {
-    /// Own weight and preloads count: readings are absolute.
+    /// Own weight and preloads count, in readings that are absolute.
     pub weight: bool,
     /// Wrenches may be applied.
     pub wrench: bool,
@@ -87,6 +87,8 @@ pub struct LoadedPoint {
     /// Of the force, what acts elsewhere, N, and where from the point, m: the weight that the tool carries, the applied force.
     carried: [(Vector3<f64>, Vector3<f64>); 2],
     port: usize,
+    /// Own weight counts in the reading: it is absolute.
+    weight: bool,
 }
 
 impl LoadedPoint {
@@ -117,6 +119,8 @@ pub struct PointOf {
     pub payload: Option<Payload>,
     /// Where the wrench is applied.
     pub load_point: LoadPoint,
+    /// Whether it is read with load less without it: own weight and preloads drop out.
+    pub is_difference: bool,
 }
 
 impl From<Option<usize>> for PointOf {
@@ -127,8 +131,8 @@ impl From<Option<usize>> for PointOf {
 
 impl From<&Reading> for PointOf {
     fn from(reading: &Reading) -> Self {
-        let Reading { marker, session, payload, load_point, .. } = *reading;
-        Self { marker, session, payload, load_point }
+        let Reading { marker, session, payload, load_point, observes, .. } = *reading;
+        Self { marker, session, payload, load_point, is_difference: observes.is_difference() }
     }
 }
 
@@ -254,7 +258,7 @@ impl<'m> Mechanics<'m> {
 
     /// A marker (none: the tool centre point) at the placed configuration under a wrench (N and N.m, base axes).
     pub fn point(&self, state: &State, of: impl Into<PointOf>, wrench: &[f64; 6]) -> LoadedPoint {
-        let PointOf { marker, session, payload, load_point } = of.into();
+        let PointOf { marker, session, payload, load_point, is_difference } = of.into();
         let model = self.geometry.model;
         let of_marker = |marker: Option<usize>| {
             let frame = marker.map_or(model.tool.0, |marker| model.markers[marker].frame);
@@ -291,12 +295,13 @@ impl<'m> Mechanics<'m> {
             moment,
             carried,
             port: self.ports[marker.unwrap_or(self.ports.len() - 1)],
+            weight: self.weight && !is_difference,
         }
     }
 
     /// Displacement and rotation of a point by its wrench, own weight included where it counts.
     pub fn deflection(&self, state: &State, point: &LoadedPoint) -> Twist {
-        self.deflection_under(state, point, self.weight && state.statics.is_loaded())
+        self.deflection_under(state, point, point.weight && state.statics.is_loaded())
     }
 
     /// The same by the wrench alone.
@@ -319,12 +324,12 @@ impl<'m> Mechanics<'m> {
 
     /// What each element contributes to a point's deflection, own weight included where it counts.
     pub fn shares(&self, state: &State, point: &LoadedPoint) -> Shares {
-        shares(&self.elastics, &state.statics, &state.responses[point.port], &point.wrench(), self.weight)
+        shares(&self.elastics, &state.statics, &state.responses[point.port], &point.wrench(), point.weight)
     }
 
     /// Spatial twist of every vertex of the structure by a point's wrench, own weight included where it counts.
     pub fn vertex_twists(&self, state: &State, point: &LoadedPoint) -> Vec<Vector6<f64>> {
-        twists(&self.elastics, &state.statics, &state.responses[point.port], &point.wrench(), self.weight)
+        twists(&self.elastics, &state.statics, &state.responses[point.port], &point.wrench(), point.weight)
     }
 
     /// Change of a point's deflection when the point is displaced by `moved` (m) and the frames move by `motion` (none:
@@ -336,13 +341,13 @@ impl<'m> Mechanics<'m> {
         moved: &Vector3<f64>,
         motion: Option<ColumnMotion>,
     ) -> Twist {
-        let load = Load { wrench: point.wrench(), weight: self.weight };
+        let load = Load { wrench: point.wrench(), weight: point.weight };
         let mut change = Vector6::zeros();
         // What rules say of the tool's compliance does not depend on the frames in a way known here.
         if let Some(motion) = motion.filter(|_| !self.geometry.model.is_by_rules()) {
             self.gather_motions(state);
             let known = state.sag_changes[point.port].get(motion.column).copied().flatten();
-            change = match known.filter(|_| load.wrench == Vector6::zeros()) {
+            change = match known.filter(|_| is_sag(&load)) {
                 Some(known) => known,
                 None => self.by_motion(state, point.port, load, &motion),
             };
@@ -372,7 +377,7 @@ impl<'m> Mechanics<'m> {
         };
         let change = motions[port].by_motion(&case, placements, &moving);
         // What own weight alone does is the same for all points of a body.
-        if load.wrench == Vector6::zeros() {
+        if is_sag(&load) {
             let known = &mut sag_changes[port];
             known.resize(known.len().max(motion.column + 1), None);
             known[motion.column] = Some(change);
@@ -400,7 +405,7 @@ impl<'m> Mechanics<'m> {
     ) -> impl Iterator<Item = Twist> + use<'s> {
         if self.deflects && self.columns.columns > 0 && !self.geometry.model.is_by_rules() {
             let State { placements, statics, responses, elastic_twists, .. } = state;
-            let load = Load { wrench: point.wrench(), weight: self.weight };
+            let load = Load { wrench: point.wrench(), weight: point.weight };
             let case = LoadCase::new(&self.elastics, statics, &responses[point.port], load);
             self.columns.evaluate(&case, placements, elastic_twists);
         } else {
@@ -409,6 +414,11 @@ impl<'m> Mechanics<'m> {
         let position = point.position;
         state.elastic_twists.iter().map(move |twist| twist_at(twist, &position))
     }
+}
+
+/// Whether own weight alone loads the structure.
+fn is_sag(load: &Load) -> bool {
+    load.weight && load.wrench == Vector6::zeros()
 }
 
 impl State {

@@ -326,10 +326,7 @@ fn wrong_deflections_are_refused_with_place_and_remedy() {
     let table = "pose,q1,q2,x,y,z,rx,ry,rz,fx\na,0,90,0.1,0.2,0,0,0,0.01,100\nb,10,80,0.1,0.1,0,0,0,0.02,100\n";
     let right = said(PUSHED, table);
     assert!(right.starts_with("0\n") && right.contains("deflection-pose"), "{right}");
-    let mixed = PUSHED.replace(
-        "observes: deflection\nmeasurements: c.csv",
-        "measurements: [{file: c.csv, observes: deflection}, {file: c.csv, observes: pose}]",
-    );
+    let mixed = PUSHED.replace("observes: deflection", "observes: [deflection, pose]");
     for (campaign, table, expected) in [
         (PUSHED, table.replace(",ry", ",tilt"), &["c.csv:1", "tilt"][..]),
         (
@@ -341,7 +338,11 @@ fn wrong_deflections_are_refused_with_place_and_remedy() {
         (
             &mixed,
             table.into(),
-            &["campaign.yaml:3", "deflection-pose and pose are observed in one campaign", "write a campaign for each"],
+            &[
+                "campaign.yaml:3",
+                "`deflection-pose` and `pose` are read from the same columns",
+                "one kind of each reading",
+            ],
         ),
     ] {
         let found = said(campaign, &table);

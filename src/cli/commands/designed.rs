@@ -11,7 +11,7 @@ use crate::description::table::Sheet;
 use crate::description::units::Units;
 use crate::diagnostic::Code;
 use crate::files::{Design, LoadedCampaign};
-use crate::observation::{ANCHOR_COLUMN, CONTACT_COLUMN};
+use crate::observation::{ANCHOR_COLUMN, CONTACT_COLUMN, Observes};
 
 /// The cells of a row, by column.
 pub type Cells = IndexMap<String, String>;
@@ -188,6 +188,11 @@ fn rows(design: &Design, raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted, a
     let own = robot.anchors.iter().map(|(name, _)| name).filter(|name| !raw.anchors.contains_key(*name));
     let anchors: Vec<&String> = own.chain(raw.anchors.keys()).filter(|_| needs_anchor).collect();
     let sees_points = kinds.iter().any(|kind| !kind.ignores_arrangement());
+    // Of places and deflections the latter are the loaded ones.
+    let shows_loads = |kinds: &[Observes]| kinds.iter().any(|kind| kind.is_difference());
+    let is_loaded =
+        shows_loads(&kinds) || !raw.entries().iter().any(|entry| shows_loads(&self::kinds(entry, &design.kinds)));
+    let wrenches = if is_loaded { wanted.wrenches } else { &[] };
     let count = configurations.len();
     let mut all = Vec::new();
     for (k, q) in configurations.iter().enumerate() {
@@ -219,16 +224,22 @@ fn rows(design: &Design, raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted, a
                 cells.extend(read.map(|name| (format!("{prefix}.{name}"), "1".to_string())));
             }
         }
-        let each = each_reading(wanted, sees_points, &anchors, &units);
+        let each = each_reading(wanted, wrenches, sees_points, &anchors, &units);
         all.extend(each.into_iter().map(|own| cells.clone().into_iter().chain(own).collect::<Cells>()));
     }
     all
 }
 
 /// What differs between the rows of one configuration: marker, anchor, wrench; repeats one after the other.
-fn each_reading(wanted: &Wanted, sees_points: bool, anchors: &[&String], units: &Units) -> Vec<Cells> {
+fn each_reading(
+    wanted: &Wanted,
+    loads: &[[f64; 6]],
+    sees_points: bool,
+    anchors: &[&String],
+    units: &Units,
+) -> Vec<Cells> {
     let markers = if sees_points && !wanted.markers.is_empty() { wanted.markers } else { &[String::new()][..] };
-    let wrenches = if wanted.wrenches.is_empty() { &[[0.0; 6]][..] } else { wanted.wrenches };
+    let wrenches = if loads.is_empty() { &[[0.0; 6]][..] } else { loads };
     let unit = |k: usize| if k < 3 { units.force.factor() } else { units.torque.factor() };
     let mut all = Vec::new();
     for marker in std::iter::repeat_n(markers, wanted.repeats).flatten() {
@@ -239,7 +250,7 @@ fn each_reading(wanted: &Wanted, sees_points: bool, anchors: &[&String], units: 
                     row.insert("marker".into(), marker.clone());
                 }
                 row.extend(anchor.map(|name| (ANCHOR_COLUMN.to_string(), name.clone())));
-                if !wanted.wrenches.is_empty() {
+                if !loads.is_empty() {
                     let load = wrench.iter().enumerate();
                     row.extend(load.map(|(k, v)| (WRENCH[k].to_string(), (v / unit(k)).to_string())));
                 }

@@ -203,7 +203,7 @@ pub fn worse_than_found(described: &Described, session: &Session) -> Result<Opti
 
 /// A warning where nothing is re-fitted: what `identify` fits then competes as causes.
 fn nothing_refitted(campaign: &Campaign, model: &Model) -> Option<Diagnostic> {
-    let [message, remedy] = match campaign.observes.purpose() {
+    let [message, remedy] = match campaign.purpose() {
         Purpose::Geometry => [
             "`calibrate:` of the campaign is empty: geometry competes as a cause, a frame at a time",
             "leave `calibrate:` out if the robot has not been calibrated",

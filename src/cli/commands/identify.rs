@@ -416,7 +416,7 @@ pub fn left_to_fit(campaign: &Campaign, held_out: &[bool]) -> Result<(), Error> 
             "mark readings to fit with `fit` in the column `set`",
         ));
     }
-    if campaign.observes.is_difference() && fitted.all(|reading| !reading.is_loaded()) {
+    if campaign.is_difference() && fitted.all(|reading| !reading.is_loaded()) {
         return Err(Error::input(
             format!("no reading to fit is loaded, and {}s are observed", campaign.observes.name()),
             "mark loaded readings with `fit` in the column `set`",

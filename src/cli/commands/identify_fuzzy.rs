@@ -251,7 +251,7 @@ fn springs(progress: &Progress) -> String {
 
 /// Refuses readings to which rules cannot be fitted.
 fn holds_rules(campaign: &Campaign) -> Result<(), Error> {
-    if !campaign.observes.is_difference() {
+    if !campaign.is_difference() {
         return Err(Error::input(
             "rules are fitted to deflections, and the campaign observes something else",
             "measure loaded minus unloaded positions (`observes: deflection`)",

@@ -18,7 +18,7 @@ pub fn run(command: &Register, session: &Session) -> Result<Output, Error> {
     let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
     let campaign = &loaded.campaign;
     known_parameters(&loaded.robot.model, command.hold.iter().map(String::as_str))?;
-    if campaign.observes.is_difference() {
+    if campaign.is_difference() {
         return Err(Error::input(
             format!("{}s do not determine the robot's base", campaign.observes.name()),
             "register positions, poses or distances",

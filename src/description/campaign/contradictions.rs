@@ -7,13 +7,13 @@ use super::{Campaign, LOAD_POINT, Reading};
 use crate::description::resolve::Locate;
 use crate::description::robot::Robot;
 use crate::diagnostic::Diagnostic;
-use crate::observation::ValueColumn;
+use crate::observation::{Observes, ValueColumn};
 
 /// Columns of the noise by axis.
 const BY_AXIS: [&str; 3] = ["sigma.x", "sigma.y", "sigma.z"];
 
 /// Faults of the files' columns.
-pub(super) fn contradictions(robot: &Robot, sources: &[Source]) -> Vec<Diagnostic> {
+pub(super) fn contradictions(robot: &Robot, sources: &[Source], locate: Locate) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
     for source in sources {
         faults.extend(column_against_key(source));
@@ -21,7 +21,37 @@ pub(super) fn contradictions(robot: &Robot, sources: &[Source]) -> Vec<Diagnosti
         faults.extend(two_ways(source, robot));
         faults.extend(noise_of_some_axes(source));
     }
+    faults.extend(read_twice(sources, locate));
     faults
+}
+
+/// One fault of columns from which two kinds of readings would be taken: each row would count twice, and a loaded place is no deflection.
+fn read_twice(sources: &[Source], locate: Locate) -> Option<Diagnostic> {
+    let of = |entry: &RawEntry| {
+        (entry.file.clone(), entry.columns.clone(), entry.body.clone(), entry.points.clone(), entry.markers.clone())
+    };
+    let shares =
+        |a: Observes, b: Observes| a.columns().iter().any(|one| b.columns().iter().any(|two| one.name == two.name));
+    let mut known: Vec<(usize, &Source, Observes)> = Vec::new();
+    let mut twice = None;
+    for (index, source) in sources.iter().enumerate() {
+        for &kind in &source.kinds {
+            let is_again = |(other, earlier, before): &&(usize, &Source, Observes)| {
+                (*other == index || of(earlier.entry) == of(source.entry)) && shares(*before, kind)
+            };
+            twice = twice.or_else(|| known.iter().find(is_again).map(|(_, _, before)| (source, *before, kind)));
+            known.push((index, source, kind));
+        }
+    }
+    let (source, one, two) = twice?;
+    let message = match one == two {
+        true => format!("`{}` is read twice as `{}`", source.entry.file, one.name()),
+        false => {
+            format!("`{}` and `{}` are read from the same columns of `{}`", one.name(), two.name(), source.entry.file)
+        }
+    };
+    let remedy = "name one kind of each reading; give readings that are not the same a file, or columns, of their own";
+    Some(Diagnostic::error(message).at(Source::place_of_kinds(locate)).remedy(remedy))
 }
 
 /// A column that says of a row otherwise than the file's entry says of all its rows.

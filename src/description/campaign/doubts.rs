@@ -54,10 +54,12 @@ pub fn doubts(
     diagnostics.extend(weightless(campaign, robot, locate));
     diagnostics.extend(unused(campaign, raw, locate));
     let mut differences = campaign.readings.iter().filter(|reading| reading.observes.is_difference()).peekable();
-    if differences.peek().is_some() && differences.all(|reading| !reading.is_loaded()) {
+    let name = differences.peek().map(|reading| reading.observes.name());
+    if let Some(name) = name
+        && differences.all(|reading| !reading.is_loaded())
+    {
         let diagnostic =
-            Diagnostic::error(format!("{}s are observed, and no reading is loaded", campaign.observes.name()))
-                .at(locate(&["observes"]));
+            Diagnostic::error(format!("{name}s are observed, and no reading is loaded")).at(locate(&["observes"]));
         diagnostics.push(diagnostic.remedy("give the load of each reading in columns fx, fy, fz, mx, my, mz"));
     }
     diagnostics

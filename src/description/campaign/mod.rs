@@ -31,7 +31,7 @@ mod unused;
 mod write;
 
 use crate::description::robot::FrameIndex;
-use crate::observation::{MOST_ROWS, Noise, Observes, Rows};
+use crate::observation::{MOST_ROWS, Noise, Observes, Purpose, Rows};
 use crate::parameter::Kind;
 pub use amount::Amount;
 pub use columns::{expected_columns, kinds};
@@ -57,7 +57,7 @@ pub struct Campaign {
     pub name: String,
     /// One unit of its file's angles, rad; `None` where no file is behind it.
     pub angle_unit: Option<f64>,
-    /// What a reading is.
+    /// What a reading is; of several kinds the first, of absolute readings and differences the first that is absolute.
     pub observes: Observes,
     /// One sigma of each coordinate (of a distance: the first), if it is known.
     pub sigma: Option<[f64; 3]>,
@@ -228,9 +228,25 @@ impl Campaign {
         self.targets.iter().position(own)
     }
 
-    /// Whether readings are differences with and without load: then own weight and the base drop out.
+    /// Whether all readings are differences with and without load: then own weight and the base drop out.
     pub fn is_difference(&self) -> bool {
         self.observes.is_difference()
+    }
+
+    /// Whether some readings are differences with and without load.
+    pub fn holds_differences(&self) -> bool {
+        self.readings.iter().any(|reading| reading.observes.is_difference())
+    }
+
+    /// The campaign's absolute readings and its differences, each a campaign; `None` where it holds only one of the two.
+    pub fn by_difference(&self) -> Option<[Self; 2]> {
+        let is_mixed = !self.is_difference() && self.holds_differences();
+        is_mixed.then(|| [false, true].map(|own| self.select(|_, reading| reading.observes.is_difference() == own)))
+    }
+
+    /// What its readings are made for: those that are absolute, where it has any.
+    pub fn purpose(&self) -> Purpose {
+        self.observes.purpose()
     }
 
     /// Whether no reading and no constraint holds a known length: the robot could be of any size then.
@@ -319,7 +335,11 @@ impl Campaign {
     pub fn select(&self, keep: impl Fn(usize, &Reading) -> bool) -> Self {
         let kept: Vec<usize> = (0..self.readings.len()).filter(|&i| keep(i, &self.readings[i])).collect();
         let readings: Vec<Reading> = kept.iter().map(|&i| self.readings[i]).collect();
+        let own = main_kind(readings.iter().map(|reading| reading.observes));
+        let is_other = |kind: &Observes| kind.is_difference() != self.observes.is_difference();
+        let observes = own.filter(is_other).unwrap_or(self.observes);
         Self {
+            observes,
             joints: kept.iter().flat_map(|&i| self.configuration(i).iter().copied()).collect(),
             conditions: self.conditions.select(&kept),
             name: self.name.clone(),
@@ -338,6 +358,11 @@ impl Campaign {
             ..*self
         }
     }
+}
+
+/// The kind of readings that a campaign is known by: the first that is absolute, where it has any.
+pub(crate) fn main_kind(mut kinds: impl Iterator<Item = Observes> + Clone) -> Option<Observes> {
+    kinds.clone().find(|kind| !kind.is_difference()).or_else(|| kinds.next())
 }
 
 /// Noise as it is stated, or what is assumed instead ([`Campaign::noise`]).

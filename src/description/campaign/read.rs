@@ -10,7 +10,9 @@ use super::rows::RowReader;
 use super::source::Source;
 use super::stated::stated_noise;
 use super::torques;
-use super::{Campaign, Conditions, Constraint, NoiseOrigin, Payload, Reading, References, Sessions, Sharing};
+use super::{
+    Campaign, Conditions, Constraint, NoiseOrigin, Payload, Reading, References, Sessions, Sharing, main_kind,
+};
 
 use crate::description::resolve::Locate;
 use crate::description::robot::Robot;
@@ -48,8 +50,7 @@ pub fn resolve(
     diagnostics.extend(bodies::lacking_columns(robot, &sources, locate));
     diagnostics.extend(half_of_more_columns(&sources));
     diagnostics.extend(columns_of_joints(&all_kinds, robot, locate));
-    diagnostics.extend(contradictions(robot, &sources));
-    diagnostics.extend(mixed_differences(&all_kinds, locate));
+    diagnostics.extend(contradictions(robot, &sources, locate));
     campaign.declared = constraints(raw, &mut campaign.targets, locate, &mut diagnostics);
     let mut rows = RowReader::new(raw, robot, locate);
     for source in &sources {
@@ -84,7 +85,7 @@ fn without_readings(
     Campaign {
         name: raw.campaign.clone().unwrap_or_else(|| "campaign".into()),
         angle_unit: Some(raw.units.angle.factor()),
-        observes: kinds.first().copied().unwrap_or(POSITION),
+        observes: main_kind(kinds.iter().copied()).unwrap_or(POSITION),
         sigma: stated.sigma,
         noise_origin: NoiseOrigin::Stated,
         sigma_orientation: stated.orientation,
@@ -192,22 +193,6 @@ fn payloads(
     }
     let described: Vec<(String, Payload)> = robot.payloads.iter().filter(is_other).cloned().collect();
     described.into_iter().chain(own).collect()
-}
-
-/// Differences and absolute readings are of two models: in one own weight and the base's place drop out, in the other not.
-fn mixed_differences(kinds: &[Observes], locate: Locate) -> Option<Diagnostic> {
-    let difference = kinds.iter().find(|kind| kind.is_difference())?;
-    let other = kinds.iter().find(|kind| !kind.is_difference())?;
-    let message = format!("{} and {} are observed in one campaign", difference.name(), other.name());
-    let diagnostic = Diagnostic::error(message).at(locate(&["measurements"]));
-    let remedy = format!(
-        "write a campaign for each, and identify from {} the description that `--save` wrote after the {}; or give loaded and \
-         unloaded readings as {}s with their wrench in fx .. mz",
-        difference.name(),
-        other.name(),
-        other.name()
-    );
-    Some(diagnostic.remedy(remedy))
 }
 
 /// What is shared by session or station needs their names.

@@ -59,7 +59,7 @@ impl Samples {
     /// Displacements (three or six a reading, SI, axes of the measurement frame), with the geometry at `values`.
     pub fn new(task: &FuzzyTask, axes: AxesOf, values: &[f64], displacement: &[f64]) -> Result<Self, CalibrationError> {
         let FuzzyTask { model, campaign, held_out, inputs: of, .. } = *task;
-        if !campaign.observes.is_difference() {
+        if !campaign.is_difference() {
             return malformed(
                 "a fuzzy compliance is fitted to deflections (`observes: deflection` or `deflection-pose`)",
             );

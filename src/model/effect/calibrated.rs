@@ -10,11 +10,12 @@ use crate::parameter::{Group, Slot};
 /// deflections its springs.
 pub fn usually_calibrated(model: &Model, campaign: &Campaign) -> Vec<String> {
     let frees_geometry = || model.free_slots().iter().any(|slot| model.registry[*slot].group == Group::Geometry);
-    match campaign.observes.purpose() {
-        Purpose::Stiffness => all_springs(model, campaign),
-        Purpose::Geometry if frees_geometry() => vec!["geometry".into(), "joint-offset".into()],
-        Purpose::Geometry => Vec::new(),
+    let is_geometry = campaign.purpose() == Purpose::Geometry && frees_geometry();
+    let mut names: Vec<String> = if is_geometry { vec!["geometry".into(), "joint-offset".into()] } else { Vec::new() };
+    if campaign.holds_differences() {
+        names.extend(all_springs(model, campaign));
     }
+    names
 }
 
 /// Names for a campaign's `calibrate:` that together mean all springs which the description declares to be identified.
@@ -54,7 +55,7 @@ pub fn nuisance(model: &Model, campaign: &Campaign, known: &[String]) -> Vec<Slo
     if known.iter().any(|name| name == "geometry") {
         slots.extend(model.free_slots().into_iter().filter(|slot| model.registry[*slot].group == Group::Geometry));
     }
-    if campaign.observes.purpose() == Purpose::Stiffness {
+    if campaign.purpose() == Purpose::Stiffness {
         slots.retain(|slot| model.registry[*slot].group == Group::Elastic);
     }
     slots.sort_unstable();
