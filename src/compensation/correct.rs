@@ -38,57 +38,103 @@ pub fn correct(
     work: &mut SingleWorkspace,
 ) -> Result<Corrected, Refusal> {
     let model = predictor.geometry().model;
-    let target = &desired.target;
-    let held = Held { hold: settings.hold, target };
-    let mut q = desired.nominal.clone();
-    let mut trial = q.clone();
-    predictor.place(&q, work)?;
-    let mut seen = predictor.see(index, wrench, work)?;
-    let mut error = held.of(&seen.to(target));
-    predictor.differentiate(index, wrench, &seen, false, work);
-    let singular = Refusal::Singular { condition: f64::INFINITY };
-    let mut steps = Steps::new(model, &held, &work.jacobian).ok_or(singular.clone())?;
-    let condition = steps.condition(&work.jacobian).ok_or(singular.clone())?;
-    if condition > settings.worst_condition {
-        return Err(Refusal::Singular { condition });
-    }
-    let sizes = |error: &Vector6<f64>| [0, 3].map(|k| error.fixed_rows::<3>(k).norm());
-    let met = |error: &Vector6<f64>| sizes(error).iter().all(|size| *size <= settings.residual);
-    let (mut iterations, mut is_new) = (0, false);
-    while !met(&error) {
-        let (mut share, mut remaining) = (1.0, f64::INFINITY);
-        while share > 1e-2 {
-            steps.step(&work.jacobian, &error, |k, step| trial[k] = q[k] + share * step);
-            // A trial that cannot be assembled is too long a step.
-            let reached = predictor.place(&trial, work).and_then(|()| predictor.see(index, wrench, work));
-            if let Ok((found, now)) = reached.map(|found| (found, held.of(&found.to(target))))
-                && now.norm() < error.norm()
-            {
-                remaining = now.norm() / error.norm();
-                (seen, error) = (found, now);
-                q.copy_from_slice(&trial);
-                break;
+    let mut start = desired.nominal.clone();
+    let mut fixed = vec![false; start.len()];
+    let point = Point { predictor, index, wrench, target: &desired.target };
+    let mut found = point.steered(&start, &fixed, settings, work)?;
+    // Where more joints move than are needed, those that would leave their limits stay there, and the others make up for them.
+    loop {
+        let before = fixed.clone();
+        for (k, variable) in model.variables.iter().enumerate() {
+            let Some([low, high]) = variable.limits else { continue };
+            if !(low..=high).contains(&found.joints[k]) && !fixed[k] {
+                (start[k], fixed[k]) = (found.joints[k].clamp(low, high), true);
             }
-            share *= 0.5;
         }
-        iterations += 1;
-        if iterations == settings.max_steps || remaining.is_infinite() && is_new {
-            let [position, orientation] = sizes(&error);
-            return Err(Refusal::Stuck { position, orientation, iterations });
+        if fixed == before {
+            break;
         }
-        is_new = remaining > settings.slow && !met(&error);
-        if is_new {
-            predictor.place(&q, work)?;
-            seen = if remaining.is_infinite() { predictor.see(index, wrench, work)? } else { seen };
-            predictor.differentiate(index, wrench, &seen, true, work);
-            steps = Steps::new(model, &held, &work.jacobian).ok_or(singular.clone())?;
+        match point.steered(&start, &fixed, settings, work) {
+            Ok(again) => found = Corrected { condition: found.condition, ..again },
+            Err(_) => break,
         }
     }
-    within_limits(predictor.geometry(), &q, work)?;
-    small_enough(model, &desired.nominal, &q, settings, condition)?;
-    let [position, orientation] = sizes(&error);
-    let off = held.in_its_axes(&seen.to(target)).into();
-    Ok(Corrected { joints: q, position, orientation, off, iterations, condition })
+    if fixed.contains(&true) {
+        predictor.place(&found.joints, work)?;
+    }
+    within_limits(predictor.geometry(), &found.joints, work)?;
+    small_enough(model, &desired.nominal, &found.joints, settings, found.condition)?;
+    Ok(found)
+}
+
+/// A point under its wrench that is to meet its target.
+struct Point<'a> {
+    predictor: &'a SinglePredictor<'a>,
+    index: usize,
+    wrench: &'a [f64; 6],
+    target: &'a Transform,
+}
+
+impl Point<'_> {
+    /// The commands nearest to given ones, of which some are fixed, whatever the limits.
+    fn steered(
+        &self,
+        start: &[f64],
+        fixed: &[bool],
+        settings: &Settings,
+        work: &mut SingleWorkspace,
+    ) -> Result<Corrected, Refusal> {
+        let Self { predictor, index, wrench, target } = *self;
+        let model = predictor.geometry().model;
+        let held = Held { hold: settings.hold, target };
+        let mut q = start.to_vec();
+        let mut trial = q.clone();
+        predictor.place(&q, work)?;
+        let mut seen = predictor.see(index, wrench, work)?;
+        let mut error = held.of(&seen.to(target));
+        predictor.differentiate(index, wrench, &seen, false, work);
+        let singular = Refusal::Singular { condition: f64::INFINITY };
+        let mut steps = Steps::new(model, &held, fixed, &work.jacobian).ok_or(singular.clone())?;
+        let condition = steps.condition(&work.jacobian).ok_or(singular.clone())?;
+        if condition > settings.worst_condition {
+            return Err(Refusal::Singular { condition });
+        }
+        let sizes = |error: &Vector6<f64>| [0, 3].map(|k| error.fixed_rows::<3>(k).norm());
+        let met = |error: &Vector6<f64>| sizes(error).iter().all(|size| *size <= settings.residual);
+        let (mut iterations, mut is_new) = (0, false);
+        while !met(&error) {
+            let (mut share, mut remaining) = (1.0, f64::INFINITY);
+            while share > 1e-2 {
+                steps.step(&work.jacobian, &error, |k, step| trial[k] = q[k] + share * step);
+                // A trial that cannot be assembled is too long a step.
+                let reached = predictor.place(&trial, work).and_then(|()| predictor.see(index, wrench, work));
+                if let Ok((found, now)) = reached.map(|found| (found, held.of(&found.to(target))))
+                    && now.norm() < error.norm()
+                {
+                    remaining = now.norm() / error.norm();
+                    (seen, error) = (found, now);
+                    q.copy_from_slice(&trial);
+                    break;
+                }
+                share *= 0.5;
+            }
+            iterations += 1;
+            if iterations == settings.max_steps || remaining.is_infinite() && is_new {
+                let [position, orientation] = sizes(&error);
+                return Err(Refusal::Stuck { position, orientation, iterations });
+            }
+            is_new = remaining > settings.slow && !met(&error);
+            if is_new {
+                predictor.place(&q, work)?;
+                seen = if remaining.is_infinite() { predictor.see(index, wrench, work)? } else { seen };
+                predictor.differentiate(index, wrench, &seen, true, work);
+                steps = Steps::new(model, &held, fixed, &work.jacobian).ok_or(singular.clone())?;
+            }
+        }
+        let [position, orientation] = sizes(&error);
+        let off = held.in_its_axes(&seen.to(target)).into();
+        Ok(Corrected { joints: q, position, orientation, off, iterations, condition })
+    }
 }
 
 /// Refuses a correction beyond [`Settings::largest`].
@@ -174,9 +220,10 @@ struct Steps<'a> {
 }
 
 impl<'a> Steps<'a> {
-    /// Of the derivatives by the variables; none where these are not finite.
-    fn new(model: &Model, held: &'a Held<'a>, jacobian: &[[f64; 6]]) -> Option<Self> {
-        let scales: Vec<f64> = (0..jacobian.len()).map(|k| scale(model, k)).collect();
+    /// Of the derivatives by the variables that are not fixed; none where these are not finite.
+    fn new(model: &Model, held: &'a Held<'a>, fixed: &[bool], jacobian: &[[f64; 6]]) -> Option<Self> {
+        let scales: Vec<f64> =
+            fixed.iter().enumerate().map(|(k, is_fixed)| if *is_fixed { 0.0 } else { scale(model, k) }).collect();
         let least = LeastSteps::new(held.columns(jacobian, &scales), held.hold.count(), 0.0)?;
         Some(Self { held, scales, least })
     }

@@ -49,7 +49,9 @@ impl Limit {
 fn features(model: &Model, campaign: &Campaign) -> Vec<Feature> {
     let count = campaign.readings.len();
     let mut features: Vec<Feature> = Vec::new();
-    for (condition, values) in campaign.conditions.columns() {
+    // What some readings lack divides none.
+    let known = campaign.conditions.columns().filter(|(_, values)| values.iter().all(|value| value.is_finite()));
+    for (condition, values) in known {
         let name = condition.column(|variable| model.variables[variable].name.as_str());
         features.push(Feature { name, unit: condition.unit(), size: 1.0, values: values.clone() });
     }

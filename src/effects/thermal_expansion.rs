@@ -34,6 +34,7 @@ const LEAST_LENGTH: f64 = 1e-3;
 pub(super) static LAW: Law = Law {
     name: "thermal-expansion",
     sits_at: SiteKind::Link,
+    cancels_in_differences: true,
     signature: "a link grows in step with the temperature, or as the robot warms up",
     remedy: "warm the robot up; measure temperatures and scale the link",
     reads: &[Condition::Temperature],

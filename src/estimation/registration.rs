@@ -261,7 +261,7 @@ fn at_each<T>(
     let mut all = Vec::with_capacity(campaign.readings.len());
     for (index, reading) in campaign.readings.iter().enumerate() {
         geometry.place(campaign.configuration(index), &mut placements).map_err(|source| PredictionError::Assembly {
-            row: reading.row,
+            at: campaign.address(reading),
             pose: campaign.poses[reading.pose].clone(),
             source,
         })?;

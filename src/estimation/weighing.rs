@@ -1,5 +1,5 @@
-//! How angles weigh against lengths where a campaign states the noise of one of them only, or of neither: by what a calibration
-//! leaves of both. What is stated stays as it is.
+//! How angles weigh against lengths where a campaign states the noise of one of them only, or of neither, and deflections against places:
+//! by what a calibration leaves of both. What is stated stays as it is.
 //!
 //! The residuals of what is stated and of what is not estimate the variances; their ratio is the weight of the next fit, until it
 //! no longer changes (iterated almost unbiased estimation of variance components; Foerstner 1979). Medians of the residuals' sizes stand for
@@ -18,7 +18,7 @@ use crate::least_squares::Progress;
 use crate::math::quantiles::{HUBER, OF_MEDIAN};
 use crate::math::{least_squares, median};
 use crate::model::Model;
-use crate::prediction::{Predictor, with_holding_loads};
+use crate::prediction::{Predictor, residuals, with_holding_loads};
 
 /// Most fits of the linear problem: the ratio converges linearly, slowly where one kind of rows weighs far too much at first.
 const ROUNDS: usize = 200;
@@ -29,6 +29,9 @@ const STEADY: f64 = 1e-3;
 /// Least and greatest noise of orientations for one of lengths, rad/m: what trackers and cameras have lies within.
 const RATIOS: [f64; 2] = [1e-2, 1e3];
 
+/// Least and greatest noise of deflections for one of places: what either leaves of an unmodelled effect lies within.
+const DEFLECTIONS: [f64; 2] = [1e-3, 1e3];
+
 /// What weighs a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Weight {
@@ -38,6 +41,8 @@ enum Weight {
     Length,
     /// What the fit leaves of angles.
     Angle,
+    /// What it leaves of lengths of differences beside places.
+    Deflection,
     /// Neither a length nor an angle that is read.
     Other,
 }
@@ -47,15 +52,21 @@ fn weights(campaign: &Campaign) -> impl Fn(&Reading) -> [Weight; 3] + use<> {
     let states_lengths = |of: &Reading| of.observes.length_rows() > 0 && of.noise.is_stated[0];
     let states_angles = |of: &Reading| of.observes.angle_rows() > 0 && of.noise.is_stated[1];
     let is_by_angles = !campaign.readings.iter().any(states_lengths) && campaign.readings.iter().any(states_angles);
+    let is_mixed = campaign.holds_differences() && !campaign.is_difference();
     move |reading| {
-        let length = if is_by_angles { Weight::Length } else { Weight::Reference };
+        let is_deflection = is_mixed && reading.observes.is_difference() && !reading.noise.is_stated[0];
+        let length = match is_by_angles {
+            _ if is_deflection => Weight::Deflection,
+            true => Weight::Length,
+            false => Weight::Reference,
+        };
         let angle = if reading.noise.is_stated[1] { Weight::Reference } else { Weight::Angle };
         [length, angle, Weight::Other]
     }
 }
 
 /// The campaign with the noise of its orientations, or of its lengths, as the readings to be fitted show it, where it has both lengths
-/// and angles and does not state that of both; else as it is.
+/// and angles and does not state that of both, and so that of deflections beside places; else as it is.
 ///
 /// # Errors
 /// As [`calibrate`].
@@ -68,15 +79,16 @@ pub fn weighed<'c>(
     let has_both = |reading: &Reading| reading.observes.length_rows() > 0 && reading.observes.angle_rows() > 0;
     let weight = weights(campaign);
     let is_open = |reading: &Reading| {
-        row_kinds(reading).any(|kind| matches!(weight(reading)[kind], Weight::Length | Weight::Angle))
+        row_kinds(reading).any(|kind| !matches!(weight(reading)[kind], Weight::Reference | Weight::Other))
     };
     let is_known = settings.weights != Weights::Stated || !campaign.readings.iter().any(is_open);
-    if is_known || !campaign.readings.iter().any(has_both) {
+    let is_mixed = campaign.readings.iter().any(|reading| weight(reading)[0] == Weight::Deflection);
+    if is_known || !campaign.readings.iter().any(has_both) && !is_mixed {
         return Ok(Cow::Borrowed(campaign));
     }
     let asked = Settings { second_order: false, ..settings.clone() };
     let found = calibrate_as_weighed(model, campaign, held_out, &asked, &mut |_| {})?;
-    let Some([of_lengths, of_angles]) = ratios(model, campaign, held_out, &found, &weight)? else {
+    let Some([of_lengths, of_angles, of_deflections]) = ratios(model, campaign, held_out, &found, &weight)? else {
         return Ok(Cow::Borrowed(campaign));
     };
     let mut weighed = campaign.clone();
@@ -87,6 +99,10 @@ pub fn weighed<'c>(
             let range = [noise.orientation / RATIOS[1], noise.orientation / RATIOS[0]];
             noise.position = noise.position.map(|sigma| (sigma * of_lengths).clamp(range[0], range[1]));
         }
+        if length == Weight::Deflection {
+            let of_deflections = of_deflections.clamp(DEFLECTIONS[0], DEFLECTIONS[1]);
+            noise.position = noise.position.map(|sigma| sigma * of_deflections);
+        }
         if angle == Weight::Angle {
             let sigma = noise.orientation * of_angles;
             noise.orientation = sigma.clamp(RATIOS[0] * noise.position[0], RATIOS[1] * noise.position[0]);
@@ -95,7 +111,7 @@ pub fn weighed<'c>(
     Ok(Cow::Owned(weighed))
 }
 
-/// By how much the noise of lengths and that of angles, where it is not stated, is greater than assumed compared with what is, from the
+/// By how much the noise of lengths, of angles and of deflections, where it is not stated, is greater than assumed compared with what is, from the
 /// problem linearised where a calibration ended; `None` where nothing shows it.
 fn ratios(
     model: &Model,
@@ -103,7 +119,7 @@ fn ratios(
     held_out: &[bool],
     found: &Calibration,
     weight: &impl Fn(&Reading) -> [Weight; 3],
-) -> Result<Option<[f64; 2]>, CalibrationError> {
+) -> Result<Option<[f64; 3]>, CalibrationError> {
     let fitted = campaign.select(|index, _| held_out.get(index) != Some(&true));
     let kept = found.kept_slots();
     let predictor = Predictor::new(model, &fitted, kept)?;
@@ -113,10 +129,10 @@ fn ratios(
     let mut weights: Vec<Weight> = fitted.readings.iter().flat_map(of_rows).collect();
     weights.resize(sigmas.len(), Weight::Other);
     let (columns, right) = at_end.whitened(&sigmas);
-    let open = [Weight::Length, Weight::Angle];
+    let open = [Weight::Length, Weight::Angle, Weight::Deflection];
     let ratio_of =
-        |weight: Weight, ratios: &[f64; 2]| open.iter().position(|of| *of == weight).map_or(1.0, |k| ratios[k]);
-    let (mut ratios, mut trust) = ([1.0; 2], vec![1.0; sigmas.len()]);
+        |weight: Weight, ratios: &[f64; 3]| open.iter().position(|of| *of == weight).map_or(1.0, |k| ratios[k]);
+    let (mut ratios, mut trust) = ([1.0; 3], vec![1.0; sigmas.len()]);
     for _ in 0..ROUNDS {
         let scale = |row: usize| trust[row] / ratio_of(weights[row], &ratios);
         let weighted = DMatrix::from_fn(sigmas.len(), width, |row, k| columns[(row, k)] * scale(row));
@@ -179,6 +195,10 @@ pub fn calibrate(
         }
         known = Cow::Owned(loaded.into_owned());
         found = calibrate_as_weighed(model, &known, held_out, settings, progress)?;
+    }
+    // As whoever predicts with the values found will see them.
+    if let Cow::Owned(loaded) = with_holding_loads(model, &known, &found.values)? {
+        found.residual = residuals(model, &loaded, &found.values)?;
     }
     Ok(found)
 }

@@ -15,7 +15,7 @@ use crate::description::ur_kinematics::{self, is_ur_kinematics};
 use crate::description::validity::State;
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place as Location, nearest};
-use crate::kinematics::{AssemblyError, Gap, Geometry};
+use crate::kinematics::{AssemblyError, Gap, Geometry, Placements};
 use crate::math::wrapped;
 use crate::model::{Fault, Model, build, contradictions};
 use crate::prediction::FittedUncertainty;
@@ -332,6 +332,10 @@ fn finish(
     match Geometry::nominal(&model) {
         Ok(geometry) => {
             diagnostics.extend(open_loops(&raw, &geometry, texts));
+            if let Some(error) = declared_singular(&geometry) {
+                diagnostics.push(unassembled(&error, texts));
+                return Err(diagnostics);
+            }
             diagnostics.extend(other_assemblies(&raw, &geometry, texts));
         }
         Err(error) => {
@@ -356,6 +360,12 @@ fn open_loops(raw: &RawRobot, geometry: &Geometry, texts: &Located) -> Vec<Diagn
         Diagnostic::warning(message).at(texts.key(&["loops", name])).remedy(remedy)
     };
     if raw.calibration.fit.is_some() { Vec::new() } else { open.map(warning).collect() }
+}
+
+/// A loop whose branch is declared where two assemblies meet: no configuration can then be placed.
+fn declared_singular(geometry: &Geometry) -> Option<AssemblyError> {
+    let error = geometry.place(&geometry.model.middle(), &mut Placements::default()).err()?;
+    matches!(&error, AssemblyError::Singular { inputs, .. } if inputs.is_empty()).then_some(error)
 }
 
 /// Angle between where a branch is declared and where it closes from which it may be another one, rad: rough values are read to some 20 deg.
@@ -406,6 +416,9 @@ fn unassembled(error: &AssemblyError, texts: &Located) -> Diagnostic {
     let remedy = match error {
         AssemblyError::SliderCrank { .. } => {
             "check l1, l3 and `limits` of the actuator, and `at` of the loops: the triangle must close there"
+        }
+        AssemblyError::Singular { .. } => {
+            "give `branch` and `at` from another configuration: there nothing tells its assemblies apart"
         }
         _ => "check lengths and constants of the loop, and give `branch` and `at` from a configuration that closes",
     };

@@ -55,7 +55,7 @@ pub fn sensitivities(
     for (index, reading) in campaign.readings.iter().enumerate().filter(|(_, reading)| seen.insert(reading.pose)) {
         let q = campaign.configuration(index);
         geometry.place(q, &mut placements).map_err(|source| PredictionError::Assembly {
-            row: reading.row,
+            at: campaign.address(reading),
             pose: campaign.poses[reading.pose].clone(),
             source,
         })?;

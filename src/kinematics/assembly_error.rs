@@ -17,10 +17,9 @@ pub enum AssemblyError {
     },
     /// A closed loop's declared assembly branch does not lead there: two assemblies meet on the way.
     #[error(
-        "loop {} comes to a singular position, or close to one, where two of its assemblies meet, on the way there from where its branch is \
-         declared: at {} (passive joints {}); on which assembly it goes on is not known",
+        "loop {} {} (passive joints {}); on which assembly it goes on is not known",
         quoted(name, others),
-        joints(inputs),
+        reached(inputs),
         joints(passive)
     )]
     Singular {
@@ -100,6 +99,15 @@ pub struct At {
     pub value: f64,
     /// Whether it is an angle.
     pub is_angle: bool,
+}
+
+/// Where two assemblies of a loop meet.
+fn reached(inputs: &[At]) -> String {
+    const MEET: &str = "a singular position, or close to one, where two of its assemblies meet";
+    match inputs.is_empty() {
+        true => format!("is declared at {MEET}"),
+        false => format!("comes to {MEET}, on the way there from where its branch is declared: at {}", joints(inputs)),
+    }
 }
 
 fn joints(all: &[At]) -> String {

@@ -294,11 +294,15 @@ fn read_at<'w>(ways: &'w [Vec<Reading>], station: &'w Station) -> impl Iterator<
 
 fn measured_at(blank: &Campaign, ways: &[Vec<Reading>], stations: &[Station]) -> Campaign {
     let mut campaign = blank.clone();
+    let all = || ways.iter().flatten().map(|reading| reading.observes.is_difference());
+    let is_mixed = all().any(|is| is) && all().any(|is| !is);
     for (pose, station) in stations.iter().enumerate() {
         campaign.poses.push(format!("p{:03}", pose + 1));
         for reading in read_at(ways, station) {
             let row = campaign.readings.len() + 1;
-            campaign.readings.push(Reading { row, line: 0, pose, wrench: station.load, ..*reading });
+            // Beside deflections places are read without load.
+            let wrench = if is_mixed && !reading.observes.is_difference() { [0.0; 6] } else { station.load };
+            campaign.readings.push(Reading { row, line: 0, pose, wrench, ..*reading });
             campaign.joints.extend_from_slice(&station.q);
         }
     }

@@ -400,8 +400,8 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
 }
 
 /// How many times farther off than the others each reading may be: its noise, where that is stated, over the median of all, at least 1, since
-/// kinds of readings, files and rows may state noises of their own; and of places and deflections together the median error of its own, of which
-/// nothing that moves the unloaded robot is part, over that of all. `least` is an error of the noise, m.
+/// kinds of readings, files and rows may state noises of their own; and the median error of places, and of deflections, over that of all: nothing that
+/// moves the unloaded robot is part of a deflection or a torque. `least` is an error of the noise, m.
 fn allowances(campaign: &Campaign, size: &[f64], least: f64, limits: &Limits) -> Vec<f64> {
     let torques = is_of_torques(campaign);
     let stated = |reading: &Reading| {
@@ -422,12 +422,15 @@ fn allowances(campaign: &Campaign, size: &[f64], least: f64, limits: &Limits) ->
         median(&mut own.map(|(_, size)| *size).collect::<Vec<f64>>()).unwrap_or_default().max(least)
     };
     let all = middle(&|_| true);
-    let [places, differences] = [false, true].map(|kind| middle(&|reading| reading.observes.is_difference() == kind));
-    let is_mixed = all > 0.0 && campaign.holds_differences() && !campaign.is_difference();
-    let of_kind = |reading: &Reading| match (is_mixed, reading.observes.is_difference()) {
-        (false, _) => 1.0,
-        (true, false) => places / all,
-        (true, true) => differences / all,
+    let is_place = |reading: &Reading| !reading.observes.is_difference() && reading.observes.by_variable().is_none();
+    let places = middle(&is_place);
+    let differences = middle(&|reading| reading.observes.is_difference());
+    let of_kind = |reading: &Reading| match (reading.observes.is_difference(), is_place(reading)) {
+        _ if all <= 0.0 => 1.0,
+        (true, _) => differences / all,
+        (_, true) => places / all,
+        // Of torques half are near where the model says what they hold.
+        _ => 1.0,
     };
     by_noise.zip(&campaign.readings).map(|(by_noise, reading)| by_noise * of_kind(reading)).collect()
 }

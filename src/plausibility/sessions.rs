@@ -150,6 +150,14 @@ pub(super) fn agree_calibrated(evidence: &Evidence, limits: &Limits) -> Vec<Diag
     let Some(parts) = parts(campaign).filter(|_| !campaign.is_difference() && campaign.estimate_base) else {
         return Vec::new();
     };
+    // Of differences a base shows its rotation alone.
+    let is_placed = |part: usize| {
+        let mut own = campaign.readings.iter().zip(&parts.of).filter(|(_, of)| **of == part);
+        own.any(|(reading, _)| !reading.observes.is_difference())
+    };
+    if !(0..parts.names.len()).all(is_placed) {
+        return Vec::new();
+    }
     let tried = |part: Part| {
         let own = separated(campaign, &parts, part)?;
         let arranged = model.arranged(&own);

@@ -23,10 +23,19 @@ pub struct Predictor<'a> {
     pub campaign: &'a Campaign,
     /// Parameters by which predictions are differentiated, in the order of columns.
     pub slots: Vec<Slot>,
-    /// Whether derivatives by the geometry and the joints count what they change in the deflection.
-    moves_deflection: bool,
+    /// Where derivatives by the geometry and the joints count what they change in the deflection.
+    changes: DeflectionChanges,
     /// Runs of readings at one configuration.
     pub(super) blocks: Vec<Block>,
+}
+
+/// Readings in which what moves the frames also changes the deflection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum DeflectionChanges {
+    LeftOut,
+    /// Differences, and absolute readings under an applied load.
+    UnderLoad,
+    Counted,
 }
 
 /// Readings at one configuration.
@@ -72,19 +81,24 @@ impl<'a> Predictor<'a> {
                 _ => blocks.push(reading..reading + 1),
             }
         }
-        let moves_deflection = loads(campaign).wrench || campaign.holds_differences();
-        Ok(Self { model, campaign, slots, moves_deflection, blocks })
+        let changes = match (campaign.is_difference(), campaign.holds_differences()) {
+            (false, true) => DeflectionChanges::UnderLoad,
+            (true, _) => DeflectionChanges::Counted,
+            (false, false) if loads(campaign).wrench => DeflectionChanges::Counted,
+            (false, false) => DeflectionChanges::LeftOut,
+        };
+        Ok(Self { model, campaign, slots, changes, blocks })
     }
 
     /// With all that the geometry changes, the sag under own weight too.
     #[must_use]
     pub fn with_sag(self) -> Self {
-        Self { moves_deflection: true, ..self }
+        Self { changes: DeflectionChanges::Counted, ..self }
     }
 
     /// Whether derivatives by the geometry count what it changes in the deflection.
     pub fn counts_sag(&self) -> bool {
-        self.moves_deflection
+        self.changes == DeflectionChanges::Counted
     }
 
     /// Number of residuals.
@@ -186,8 +200,8 @@ struct Batch<'a> {
     amounts: Vec<f64>,
     /// Columns of asked parameters that are amounts, and which of the terms' columns each is.
     by_amount: Vec<(usize, usize)>,
-    /// Whether the deflection changes with what moves the frames.
-    moves_deflection: bool,
+    /// Of which readings the deflection changes with what moves the frames.
+    changes: DeflectionChanges,
     width: usize,
 }
 
@@ -221,26 +235,15 @@ impl<'a> Batch<'a> {
         shifts.iter().for_each(|&(slot, amount)| values[slot] += amount);
         let elastic: Vec<Slot> = elastic(of.model, slots).into_iter().map(|column| slots[column]).collect();
         let mechanics = Mechanics::new(of.model, &values, loads(of.campaign), &elastic)?;
-        let moves_deflection = of.moves_deflection && mechanics.deflects();
-        let columns = Columns::new(&mechanics, of.campaign, slots, moves_deflection);
+        let changes = if mechanics.deflects() { of.changes } else { DeflectionChanges::LeftOut };
+        let columns = Columns::new(&mechanics, of.campaign, slots, changes != DeflectionChanges::LeftOut);
         let terms = Terms::new(&mechanics, of.campaign, terms);
         let load_motions = LoadMotions::new(&mechanics, of.campaign, measured_frames(of.model, of.campaign), slots);
         let amount_of = |slot: Slot| amount_slots.iter().position(|own| *own == Some(slot));
         let by_amount = slots.iter().enumerate().filter_map(|(column, &slot)| Some((column, amount_of(slot)?)));
         let by_amount = by_amount.collect();
         let (campaign, blocks, width) = (of.campaign, of.blocks.as_slice(), slots.len());
-        Ok(Self {
-            campaign,
-            blocks,
-            mechanics,
-            columns,
-            terms,
-            load_motions,
-            amounts,
-            by_amount,
-            moves_deflection,
-            width,
-        })
+        Ok(Self { campaign, blocks, mechanics, columns, terms, load_motions, amounts, by_amount, changes, width })
     }
 
     fn tasks<'t>(&'t self, out: &'t mut Linearised) -> Vec<Task<'t>> {
@@ -325,7 +328,7 @@ impl<'a> Batch<'a> {
             Ok((point, predicted))
         } else {
             let pose = self.campaign.poses[reading.pose].clone();
-            Err(PredictionError::TooGreat { row: reading.row, pose })
+            Err(PredictionError::TooGreat { at: self.campaign.address(reading), pose })
         }
     }
 
@@ -348,7 +351,12 @@ impl<'a> Batch<'a> {
         if let Some(motions) = &self.load_motions {
             motions.differentiate(&at, by_loads, predicted, turned, &mut rows);
         }
-        if self.moves_deflection {
+        let moves_deflection = match self.changes {
+            DeflectionChanges::LeftOut => false,
+            DeflectionChanges::UnderLoad => observes.is_difference() || self.campaign.readings[index].is_loaded(),
+            DeflectionChanges::Counted => true,
+        };
+        if moves_deflection {
             self.columns.by_frames(&at, twists, predicted, &mut rows);
             self.columns.by_motion(&self.mechanics, state, point, twists, predicted, &mut rows);
         } else {

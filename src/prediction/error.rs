@@ -9,10 +9,10 @@ use crate::state::StateError;
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum PredictionError {
     /// A configuration cannot be assembled.
-    #[error("row {row} (configuration `{pose}`): {source}")]
+    #[error("{at} (configuration `{pose}`): {source}")]
     Assembly {
-        /// Row of the reading.
-        row: usize,
+        /// Where the reading stands: file and line; its row where it came from no file.
+        at: String,
         /// Its configuration.
         pose: String,
         /// Why.
@@ -22,20 +22,20 @@ pub enum PredictionError {
     #[error(transparent)]
     Model(#[from] AssemblyError),
     /// The structure can move without any force.
-    #[error("row {row} (configuration `{pose}`): {source}")]
+    #[error("{at} (configuration `{pose}`): {source}")]
     Mechanism {
-        /// Row of the reading.
-        row: usize,
+        /// Where the reading stands: file and line; its row where it came from no file.
+        at: String,
         /// Its configuration.
         pose: String,
         /// What can move.
         source: Mechanism,
     },
     /// A load is beyond what statics can be computed with.
-    #[error("row {row} (configuration `{pose}`): the deflection is not finite; the wrench is too great")]
+    #[error("{at} (configuration `{pose}`): the deflection is not finite; the wrench is too great")]
     TooGreat {
-        /// Row of the reading.
-        row: usize,
+        /// Where the reading stands: file and line; its row where it came from no file.
+        at: String,
         /// Its configuration.
         pose: String,
     },
@@ -48,10 +48,10 @@ impl PredictionError {
     /// Why the configuration of a reading cannot be placed.
     pub(crate) fn at(campaign: &Campaign, reading: usize, source: StateError) -> Self {
         let reading = &campaign.readings[reading];
-        let (row, pose) = (reading.row, campaign.poses[reading.pose].clone());
+        let (at, pose) = (campaign.address(reading), campaign.poses[reading.pose].clone());
         match source {
-            StateError::Assembly(source) => Self::Assembly { row, pose, source },
-            StateError::Mechanism(source) => Self::Mechanism { row, pose, source },
+            StateError::Assembly(source) => Self::Assembly { at, pose, source },
+            StateError::Mechanism(source) => Self::Mechanism { at, pose, source },
         }
     }
 }

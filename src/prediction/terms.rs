@@ -228,8 +228,8 @@ impl Terms {
             changes.clear();
             (term.changes)(&context, changes);
             for &(parameter, change) in changes.iter() {
-                // What moves the robot whether it is loaded or not: both readings of a difference hold it.
-                if is_difference && matches!(change, Change::Joint(..) | Change::Slot(..)) {
+                // Joints stand there whether loaded or not: both readings of a difference hold it.
+                if is_difference && matches!(change, Change::Joint(..)) {
                     continue;
                 }
                 let twist = self.twist(at, loads, change);

@@ -166,6 +166,8 @@ impl Certificate {
         tolerance: Option<f64>,
         command: String,
     ) -> Self {
+        let places = campaign.by_difference().map(|[places, _]| (places, of_places(campaign, found)));
+        let (campaign, found) = places.as_ref().map_or((campaign, found), |(places, found)| (places, found));
         let held_out = found.held_out.contains(&true);
         let judges =
             |index: usize| (!held_out || found.held_out[index]) && campaign.readings[index].observes.length_rows() > 0;
@@ -228,6 +230,22 @@ impl Certificate {
             let reason = self.reason.take().unwrap_or_default();
             self.reason = Some(format!("{reason}, but the figures are doubtful ({})", first.code.name()));
         }
+    }
+}
+
+/// A calibration without what it leaves of deflections, which are no position errors.
+fn of_places(campaign: &Campaign, found: &Calibration) -> Calibration {
+    let is_place = |index: usize| !campaign.readings[index].observes.is_difference();
+    let of = |all: &[f64]| -> Vec<f64> {
+        let own = campaign.by_reading(all, 1).enumerate().filter(|(index, _)| is_place(*index));
+        own.flat_map(|(_, (_, rows))| rows).copied().collect()
+    };
+    let held_out = found.held_out.iter().enumerate().filter(|(index, _)| is_place(*index)).map(|(_, held)| *held);
+    Calibration {
+        registered: of(&found.registered),
+        residual: of(&found.residual),
+        held_out: held_out.collect(),
+        ..found.clone()
     }
 }
 

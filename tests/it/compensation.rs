@@ -645,3 +645,52 @@ fn a_joint_with_backlash_is_led() {
         }
     }
 }
+
+/// An arm of four joints, of which three are enough to place its tip: one stands at its limit, and would be lifted beyond it against the
+/// sag.
+#[test]
+fn a_joint_at_its_limit_stays_there_where_others_can_make_up_for_it() {
+    let arm = "robot: four joints
+units: {length: mm, angle: deg, mass: kg, rotational_stiffness: N.m/rad}
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, limits: [-170, 170]}
+  2: {antecedent: 1, joint: revolute, variable: q2, alpha: 90, limits: [-170, 10]}
+  3: {antecedent: 2, joint: revolute, variable: q3, d: 500, limits: [-150, 150]}
+  4: {antecedent: 3, joint: revolute, variable: q4, d: 400, limits: [-150, 150]}
+  E: {antecedent: 4, d: 300}
+tool: {frame: E}
+bodies: {4: {mass: 20, com: [200, 0, 0]}}
+joint_stiffness: {2: {kar: {value: 20000}}}
+";
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("arm.yaml"), arm).expect("written");
+    std::fs::write(at.join("path.csv"), "pose,q1,q2,q3,q4\na,20,10,30,40\nb,20,9.99,-50,70\n").expect("written");
+    let arguments =
+        ["compensate", "arm.yaml", "path.csv", "--nominal", "arm.yaml", "--hold", "position", "--table", "out.csv"];
+    let ran = run(at, &arguments);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let table = std::fs::read_to_string(at.join("out.csv")).expect("a table");
+    let joints = |line: &str| -> Vec<f64> {
+        line.split(',').skip(1).take(4).map(|cell| cell.parse().expect("a number")).collect()
+    };
+    let found: Vec<Vec<f64>> = table.lines().skip(1).map(joints).collect();
+    // Without limits q2 would be 10.438 and 10.399 deg.
+    assert!(found.len() == 2 && found.iter().all(|q| (q[1] - 10.0).abs() < 1e-9), "{found:?}");
+    // The commanded tip, sagging, is where the nominal one is: the sag of joint 2 under 20 kg is its torque over 20000 N.m/rad.
+    let tip = |q: &[f64], sag: f64| {
+        let angles = [q[1] + sag, q[1] + sag + q[2], q[1] + sag + q[2] + q[3]].map(f64::to_radians);
+        let lengths = [500.0, 400.0, 300.0];
+        [0, 1].map(|axis| {
+            (0..3).map(|k| lengths[k] * if axis == 0 { angles[k].cos() } else { angles[k].sin() }).sum::<f64>()
+        })
+    };
+    for (q, wanted) in found.iter().zip([[20.0, 10.0, 30.0, 40.0], [20.0, 9.99, -50.0, 70.0]]) {
+        let angle = |k: usize| q[1..=k].iter().sum::<f64>().to_radians();
+        let arm = 0.5 * angle(1).cos() + 0.4 * angle(2).cos() + 0.2 * angle(3).cos();
+        let sag = (-20.0 * 9.80665 * arm / 20000.0).to_degrees();
+        let [reached, wanted] = [tip(q, sag), tip(&wanted, 0.0)];
+        // Deflections are of first order: what the sag moves, it moves along the tangent.
+        assert!(reached.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 0.05), "{reached:?} {wanted:?}");
+    }
+}

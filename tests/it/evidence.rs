@@ -336,6 +336,11 @@ fn wrong_deflections_are_refused_with_place_and_remedy() {
         ),
         (&PUSHED.replace("deflection", "deflection-pose"), table.replace(",rz,", ",turn,"), &["c.csv:1", "rz"]),
         (
+            PUSHED,
+            "pose,q1,q2,x,y,z,fx,U95,sigma.z\na,0,90,0.1,0.2,0,100,0.1,0.2\n".into(),
+            &["c.csv:2", "the columns `U95` and `sigma.z` both give the noise of a row", "`ignore:`"],
+        ),
+        (
             &mixed,
             table.into(),
             &[

@@ -253,3 +253,24 @@ fn wrong_words_about_loads_are_refused() {
         assert!(ran.status == 2 && ran.err.contains(expected) && ran.err.contains("help: "), "{text}: {}", ran.err);
     }
 }
+
+/// Positions and torques of the same rows, the torques also as the load, and lengths that differ from the description's: what is saved predicts
+/// what was fitted.
+#[test]
+fn lengths_fitted_under_measured_loads_are_saved() {
+    let folder = folder();
+    let at = folder.path();
+    let campaign = format!(
+        "{HEAD}calibrate: [geometry, joint-offset, joint-compliance]\nobserves: [position, torque]\nloads: {{joints: measured}}\n\
+         payloads: {{block: {{mass: 20}}}}\nmeasurements: {{file: readings.csv, payload: block}}\n"
+    );
+    std::fs::write(at.join("c.yaml"), campaign).expect("written");
+    let text = arm([2e-5, 3e-5]).replace("d: 500", "d: 499.2");
+    std::fs::write(at.join("arm.yaml"), text).expect("written");
+    let ran = run(at, &["identify", "c.yaml", "--save", "found.yaml", "--force", "--format", "json"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    assert!(!ran.err.contains("could not be used"), "{}", ran.err);
+    let saved = load_robot(&at.join("found.yaml").to_string_lossy()).expect("saved").model;
+    let length = saved.registry.nominal()[saved.registry.slot("2.d").expect("a length")];
+    assert!((length - 0.5).abs() < 2e-4, "{length}");
+}

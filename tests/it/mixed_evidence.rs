@@ -459,8 +459,7 @@ fn deflections_beside_places_are_predicted_as_alone() {
     };
     let both = linearised(&campaign, &values);
     let alone = halves.each_ref().map(|half| linearised(half, &values));
-    let joined =
-        |of: fn(&Linearised) -> &[f64]| -> Vec<f64> { alone.iter().flat_map(|half| of(half)).copied().collect() };
+    let joined = |of: fn(&Linearised) -> &[f64]| -> Vec<f64> { alone.iter().flat_map(of).copied().collect() };
     let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert_eq!(both.residual.len(), 72);
     assert!(apart(&both.residual, &joined(|half| &half.residual)) < 1e-12);
@@ -519,4 +518,96 @@ fn geometry_and_springs_come_from_places_and_deflections_together() {
     let found = result(folder.path(), &["identify", "made"]);
     let ratio = noise_ratio(&found);
     assert!((0.85..1.15).contains(&ratio), "residuals are {ratio} times the noise");
+}
+
+/// Where no noise is stated, deflections weigh by what is left of them, as if it had been.
+#[test]
+fn deflections_weigh_by_what_is_left_of_them() {
+    let noises = [", instrument: {sigma: 0.01}", ", instrument: {sigma: 0.08}"];
+    let [of_places, of_deflections] = noises;
+    let campaign = PLACES_AND_DEFLECTIONS
+        .replace("instrument: {sigma: 0.02}\n", "")
+        .replace("position}", &format!("position{of_places}}}"))
+        .replace("deflection}", &format!("deflection{of_deflections}}}"));
+    let flags = ["--wrench", "0,0,-900,0,0,300", "--poses", "60", "--elastic-errors", "1", "--seed", "4"];
+    let folder = simulated(&campaign, &flags);
+    let widths = |named: &str| -> Vec<f64> {
+        let found = result(folder.path(), &["identify", named]);
+        let all = found["parameters"].as_array().expect("a list");
+        let own = |name: &str| all.iter().find(|own| own["name"] == name)?["ci95"].as_f64();
+        ["joint2.kar", "joint3.kar"].map(|name| own(name).expect("an interval")).to_vec()
+    };
+    let stated = widths("made");
+    let file = folder.path().join("made/campaign.yaml");
+    let text = std::fs::read_to_string(&file).expect("a campaign");
+    let states = |line: &str| line.contains("instrument:") || line.contains("sigma:");
+    let unstated: Vec<&str> = text.lines().filter(|line| !states(line)).collect();
+    std::fs::write(&file, unstated.join("\n")).expect("written");
+    assert!(!std::fs::read_to_string(&file).expect("a campaign").contains("sigma"));
+    for (found, stated) in widths("made").iter().zip(stated) {
+        assert!((0.7..1.4).contains(&(found / stated)), "{found:e} for {stated:e}");
+    }
+}
+
+/// Deflections tell the springs, and the sag of a body behind the wrist would then tell two lengths apart that places cannot: by what an
+/// unmodelled error leaves, not by what they are.
+#[test]
+fn a_gear_error_is_found_beside_deflections() {
+    let arm = SIX.replace("[0, 0, 40]}\n", "[0, 0, 40]}\n  6: {mass: 8, com: [5, 0, 60]}\n")
+        + "  4: {kar: {value: 40000, identifiable: true}}\n  5: {kar: {value: 30000, identifiable: true}}
+  6: {kar: {value: 20000, identifiable: true}}\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    write("six.yaml", &arm);
+    write("c.yaml", &format!("robot: six.yaml\nunits: {{length: mm, angle: deg}}\n{PLACES_AND_DEFLECTIONS}"));
+    let loads = ["300,200,-500,20,30,-40", "-300,250,400,-30,20,50", "100,-350,-450,60,-20,10"];
+    let mut command = vec!["simulate", "c.yaml", "--into", "made", "--poses", "40", "--seed", "4"];
+    command.extend(loads.iter().flat_map(|load| ["--wrench", load]));
+    let ran = run(folder.path(), &[&command[..], &["--effect", "gear-ratio@joint:3:ratio=8e-4"]].concat());
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    // By the arm without the error.
+    let ran = run(folder.path(), &["diagnose", "made", "--robot", "six.yaml", "--format", "json"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    assert!(!ran.err.contains("far from the description"), "{}", ran.err);
+    let found: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
+    let named = |of: &serde_json::Value| {
+        format!("{}@{}", of["effect"].as_str().unwrap_or(""), of["site"].as_str().unwrap_or(""))
+    };
+    let causes: Vec<String> = found["causes"].as_array().expect("a list").iter().map(named).collect();
+    assert_eq!(causes, ["gear-ratio@joint:3"]);
+}
+
+/// A session that one file names and the other does not, and a plan: places unloaded, deflections under the load, and the springs too.
+#[test]
+fn campaigns_with_deflections_are_simulated_and_planned() {
+    let campaign = PLACES_AND_DEFLECTIONS.replace("observes: position}", "observes: position, session: mon}");
+    let folder = simulated(&campaign, &["--wrench", "0,0,-900,0,0,300"]);
+    let ran = run(folder.path(), &["check", "made"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let wrench = ["--wrench", "0,0,-900,0,0,300"];
+    let plan = [&["plan", "made", "--poses", "6", "--seed", "1", "--table", "plan.csv"], &wrench[..]].concat();
+    let found = result(folder.path(), &plan);
+    let table = std::fs::read_to_string(folder.path().join("plan.csv")).expect("a table");
+    let header: Vec<&str> = table.lines().next().expect("a header").split(',').collect();
+    let at =
+        |name: &str| header.iter().position(|known| *known == name).unwrap_or_else(|| panic!("{name}: {header:?}"));
+    let rows: Vec<Vec<&str>> = table.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    assert!(rows.iter().any(|row| row[at("fz")] == "-900"), "{table}");
+    let is_loaded = |row: &Vec<&str>| row[at("fz")] != "0";
+    let is_deflection = |row: &Vec<&str>| row[at("file")].ends_with("2.csv");
+    assert!(rows.iter().all(|row| is_loaded(row) == is_deflection(row)), "{table}");
+    assert!(found.to_string().contains("joint2.kar"), "{found}");
+    let unloaded = run(folder.path(), &plan[..plan.len() - 2]);
+    assert!(unloaded.status == 2 && unloaded.err.contains("nothing loads the robot"), "{}", unloaded.err);
+}
+
+/// Places that are all held out determine nothing.
+#[test]
+fn places_that_are_all_held_out_are_told() {
+    let folder = simulated(PLACES_AND_DEFLECTIONS, &["--wrench", "0,0,-900,0,0,300"]);
+    let file = folder.path().join("made/measurements-1.csv");
+    let text = std::fs::read_to_string(&file).expect("readings").replace(",fit", ",check");
+    std::fs::write(&file, text).expect("written");
+    let ran = run(folder.path(), &["identify", "made"]);
+    assert!(ran.status == 2 && ran.err.contains("no place is left to fit"), "{} {}", ran.status, ran.err);
 }

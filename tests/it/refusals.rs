@@ -247,7 +247,7 @@ joint_stiffness: {1: {kar: {value: 1000}}}
     let folder = folder_with(&files);
     for (arguments, more) in [
         (&["stiffness", "arm.yaml", "--joints", "q1=0"][..], ""),
-        (&["residuals", "arm.yaml", "c.yaml"], "row 1 (configuration"),
+        (&["residuals", "arm.yaml", "c.yaml"], "m.csv:2 (configuration"),
     ] {
         let ran = run(folder.path(), arguments);
         assert!(ran.status == 1 && ran.out.is_empty(), "{arguments:?} {} {}", ran.status, ran.err);

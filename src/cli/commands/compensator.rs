@@ -87,8 +87,9 @@ fn deflections(command: &Compensator, campaign: &str, session: &Session) -> Resu
         });
     };
     if !loaded.campaign.is_difference() {
-        let message = format!("--deflections: the campaign observes `{}`", loaded.campaign.observes.name());
-        return Err(Error::input(message, "give a campaign with `observes: deflection`"));
+        let also = if loaded.campaign.holds_differences() { " too" } else { "" };
+        let message = format!("--deflections: the campaign observes `{}`{also}", loaded.campaign.observes.name());
+        return Err(Error::input(message, "give a campaign of deflections alone (`observes: deflection`)"));
     }
     let force = session.arguments.force;
     let mut judged = judge(&Evidence::of(model, &loaded.campaign), &Limits::default());

@@ -11,7 +11,7 @@ use crate::description::table::Sheet;
 use crate::description::units::Units;
 use crate::diagnostic::Code;
 use crate::files::{Design, LoadedCampaign};
-use crate::observation::{ANCHOR_COLUMN, CONTACT_COLUMN, Observes};
+use crate::observation::{ANCHOR_COLUMN, CONTACT_COLUMN};
 
 /// The cells of a row, by column.
 pub type Cells = IndexMap<String, String>;
@@ -84,6 +84,12 @@ pub fn blank(
     // Repeats are copies of each other until they are measured.
     found.diagnostics.retain(|diagnostic| diagnostic.code != Code::SuspectReadings);
     Ok(found)
+}
+
+/// Whether some file of a campaign holds differences with and without load.
+pub fn holds_differences(design: &Design, raw: &RawCampaign) -> bool {
+    let mut all = raw.entries().into_iter().flat_map(|entry| kinds(&entry, &design.kinds));
+    all.any(|kind| kind.is_difference())
 }
 
 /// Rows of each file, as [`blank`] reads them.
@@ -189,9 +195,7 @@ fn rows(design: &Design, raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted, a
     let anchors: Vec<&String> = own.chain(raw.anchors.keys()).filter(|_| needs_anchor).collect();
     let sees_points = kinds.iter().any(|kind| !kind.ignores_arrangement());
     // Of places and deflections the latter are the loaded ones.
-    let shows_loads = |kinds: &[Observes]| kinds.iter().any(|kind| kind.is_difference());
-    let is_loaded =
-        shows_loads(&kinds) || !raw.entries().iter().any(|entry| shows_loads(&self::kinds(entry, &design.kinds)));
+    let is_loaded = kinds.iter().any(|kind| kind.is_difference()) || !holds_differences(design, raw);
     let wrenches = if is_loaded { wanted.wrenches } else { &[] };
     let count = configurations.len();
     let mut all = Vec::new();

@@ -422,6 +422,14 @@ pub fn left_to_fit(campaign: &Campaign, held_out: &[bool]) -> Result<(), Error> 
             "mark loaded readings with `fit` in the column `set`",
         ));
     }
+    let is_place = |index: usize| !campaign.readings[index].observes.is_difference();
+    let mut places = (0..campaign.readings.len()).filter(|&index| is_place(index)).peekable();
+    if places.peek().is_some() && places.all(|index| held_out.get(index) == Some(&true)) {
+        return Err(Error::input(
+            "no place is left to fit: all readings but deflections are held out to check",
+            "mark some of them with `fit` in the column `set`, or leave them out",
+        ));
+    }
     match unfitted(campaign, held_out) {
         None => Ok(()),
         Some((noun, name)) => Err(Error::input(

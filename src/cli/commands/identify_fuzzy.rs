@@ -253,8 +253,8 @@ fn springs(progress: &Progress) -> String {
 fn holds_rules(campaign: &Campaign) -> Result<(), Error> {
     if !campaign.is_difference() {
         return Err(Error::input(
-            "rules are fitted to deflections, and the campaign observes something else",
-            "measure loaded minus unloaded positions (`observes: deflection`)",
+            "rules are fitted to deflections alone, and the campaign observes something else",
+            "measure loaded minus unloaded positions (`observes: deflection`), and give them a campaign of their own",
         ));
     }
     let several = campaign.readings.iter().any(|reading| reading.marker != campaign.readings[0].marker);

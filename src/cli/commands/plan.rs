@@ -52,8 +52,10 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     let length = units.length.factor();
     let tests = test_poses(command, session, loaded, &mut diagnostics)?;
     let observes = kind_of_readings(command, model, stated, asked)?;
-    let what = asked.unwrap_or_else(|| What::of(observes));
-    let loads = loads(command, units, observes)?;
+    let differences = stated.is_some_and(Campaign::holds_differences).then_some(DEFLECTION);
+    let usual = What::of(observes);
+    let what = asked.unwrap_or(What { elastic: usual.elastic || differences.is_some(), ..usual });
+    let loads = loads(command, units, differences.unwrap_or(observes))?;
     let (within, warnings) = ranges("--range", loaded, joint_box(model, command.share), &command.range)?;
     diagnostics.extend(warnings);
     let (tested_within, warnings) = ranges("--test-range", loaded, within.clone(), &command.test_range)?;

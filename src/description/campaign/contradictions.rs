@@ -26,6 +26,7 @@ pub(super) fn contradictions(robot: &Robot, sources: &[Source], locate: Locate) 
 }
 
 /// One fault of columns from which two kinds of readings would be taken: each row would count twice, and a loaded place is no deflection.
+/// Readings that are copies of others are told where they are counted.
 fn read_twice(sources: &[Source], locate: Locate) -> Option<Diagnostic> {
     let of = |entry: &RawEntry| {
         (entry.file.clone(), entry.columns.clone(), entry.body.clone(), entry.points.clone(), entry.markers.clone())
@@ -37,7 +38,7 @@ fn read_twice(sources: &[Source], locate: Locate) -> Option<Diagnostic> {
     for (index, source) in sources.iter().enumerate() {
         for &kind in &source.kinds {
             let is_again = |(other, earlier, before): &&(usize, &Source, Observes)| {
-                (*other == index || of(earlier.entry) == of(source.entry)) && shares(*before, kind)
+                (*other == index || *before != kind && of(earlier.entry) == of(source.entry)) && shares(*before, kind)
             };
             twice = twice.or_else(|| known.iter().find(is_again).map(|(_, _, before)| (source, *before, kind)));
             known.push((index, source, kind));
@@ -78,11 +79,12 @@ fn both(source: &Source, one: &str, other: &str, of: &str) -> Diagnostic {
     diagnostic.remedy("keep one of them, and take the other out with `ignore:`")
 }
 
-/// The noise by a standard and by an expanded uncertainty.
+/// The noise in two ways: by a standard and by an expanded uncertainty, of all axes and by axis.
 fn two_noises(source: &Source) -> Option<Diagnostic> {
-    let [sigma, expanded] = ["sigma", "U95"];
-    let has = |name: &str| source.table.has(name);
-    (has(sigma) && has(expanded)).then(|| both(source, sigma, expanded, "the noise of a row"))
+    let ways = ["sigma", "U95"].into_iter().chain(BY_AXIS);
+    let mut given = ways.filter(|name| source.table.has(name));
+    let first = given.next().filter(|first| !BY_AXIS.contains(first))?;
+    given.next().map(|other| both(source, first, other, "the noise of a row"))
 }
 
 /// What is measured in two ways of writing it.

@@ -1,11 +1,11 @@
 //! What a campaign declares and no reading names.
 
-use super::Campaign;
 use super::raw::RawCampaign;
+use super::{Campaign, LOAD_POINT, LoadPoint};
 use crate::description::resolve::Locate;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Place};
 
-/// Warnings of payloads, contacts and anchors that no reading names.
+/// Warnings of payloads, contacts and anchors that no reading names, and of points at which nothing acts.
 pub fn unused(campaign: &Campaign, raw: &RawCampaign, locate: Locate) -> Vec<Diagnostic> {
     let carries = |name: &str| {
         let own = campaign.payloads.iter().find(|(known, _)| known == name).map(|(_, payload)| *payload);
@@ -26,6 +26,17 @@ pub fn unused(campaign: &Campaign, raw: &RawCampaign, locate: Locate) -> Vec<Dia
     if campaign.readings.is_empty() {
         Vec::new()
     } else {
-        payloads.chain(contacts).chain(anchors).map(warning).collect()
+        payloads.chain(contacts).chain(anchors).map(warning).chain(point_of_no_load(campaign, locate)).collect()
     }
+}
+
+/// A place of the wrench where no reading has one.
+fn point_of_no_load(campaign: &Campaign, locate: Locate) -> Option<Diagnostic> {
+    let mut said = campaign.readings.iter().filter(|reading| reading.load_point != LoadPoint::Measured).peekable();
+    let first = *said.peek()?;
+    let is_idle = said.all(|reading| reading.wrench == [0.0; 6]);
+    let message = format!("`{LOAD_POINT}` says where a wrench acts, and no reading that it is said of has one");
+    let place = campaign.file(first).filter(|_| first.line > 0).map(|file| Place::line_of(file, first.line));
+    let remedy = "give the wrench in columns fx, fy, fz, mx, my, mz, or leave the point out; what a payload weighs acts at its own centre";
+    is_idle.then(|| Diagnostic::warning(message).at(place.or_else(|| locate(&["measurements"]))).remedy(remedy))
 }

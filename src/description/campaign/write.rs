@@ -74,7 +74,9 @@ pub fn csv_in(campaign: &Campaign, variables: &[Variable], markers: &[String], u
         (SESSION, &campaign.sessions.names, (|at| at.session) as fn(&InSession) -> usize),
         (STATION, &campaign.sessions.stations, |at| at.station),
     ] {
-        if names.iter().any(|name| !name.is_empty()) {
+        // Of a campaign's files some may say nothing of it.
+        let is_named = |reading: &Reading| names.get(of(&reading.session)).is_some_and(|name| !name.is_empty());
+        if readings.iter().any(is_named) {
             sheet.texts(name, move |row| names.get(of(&readings[row].session)).cloned().unwrap_or_default());
         }
     }

@@ -128,7 +128,8 @@ raw! {
         /// Material, by name.
         #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         material: Option<String>,
-        /// Frame whose z axis is the beam's local z (the normal of the plane in which Iz bends).
+        /// Frame whose z axis, made square to the beam, is its local z (the normal of the plane in which Iz bends); its x axis where z lies
+        /// along the beam. That of the first node's body where absent.
         #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         normal: Option<String>,
         /// Beam theory; `euler-bernoulli` where absent.

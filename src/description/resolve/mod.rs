@@ -199,7 +199,14 @@ fn unique_owners(raw: &RawRobot, diagnostics: &mut Collector) {
             if let Some((other, _)) = seen.iter().find(|(_, known)| known == name) {
                 let message = format!("`{name}` names two things, and parameters are known by name");
                 let first = [*other, name.as_str()];
-                diagnostics.conflict(&path, message, &first, "already named here", "give one of them another name");
+                let is_link = *section == "markers" && *other == "frames" && raw.urdf.is_some();
+                let remedy = match is_link {
+                    true => {
+                        "leave the marker out here, if the URDF holds it as a link (as one that `convert` wrote does); else give it another name"
+                    }
+                    false => "give one of them another name",
+                };
+                diagnostics.conflict(&path, message, &first, "already named here", remedy);
             }
             seen.push((section, name));
         }

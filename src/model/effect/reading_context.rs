@@ -16,7 +16,7 @@ pub enum Change {
     Joint(usize, f64),
     /// A joint deflects under load, rad or m: only what the applied wrench adds counts in a difference.
     Deflection(usize, f64),
-    /// A parameter of the geometry has another value in this reading, SI. In a difference it cancels.
+    /// A parameter of the geometry has another value in this reading, SI.
     Slot(Slot, f64),
     /// The measured point is displaced (m) and the tool turned (rad), measurement frame.
     Point(Vector3<f64>, Vector3<f64>),

@@ -3,10 +3,12 @@
 
 use crate::Error;
 use crate::cli::args::Plan;
-use crate::cli::commands::designed::{Cells, Wanted, all_rows, blank, plain, sheet as table_of, variety};
+use crate::cli::commands::designed::{
+    Cells, Wanted, all_rows, blank, holds_differences, plain, sheet as table_of, variety,
+};
 use crate::cli::session::Session;
 use crate::description::campaign::raw::{RawCampaign, RawEntry};
-use crate::description::campaign::{Campaign, InSession, Payload, Reading, Sharing, names};
+use crate::description::campaign::{Campaign, InSession, Payload, Reading, Sharing, WRENCH, names};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{RegistrationSettings, registered};
 use crate::files::{Design as CampaignFile, LoadedCampaign, LoadedRobot};
@@ -60,12 +62,15 @@ struct Continued {
     values: Vec<f64>,
 }
 
-/// What is read at each configuration of a plan.
-fn wanted(command: &Plan) -> Wanted<'_> {
+/// A load of a deflection before the plan says which, N.
+const SOME_LOAD: [f64; 6] = [0.0, 0.0, -1.0, 0.0, 0.0, 0.0];
+
+/// What is read at each configuration of a plan for a campaign.
+fn wanted<'c>(command: &'c Plan, file: &CampaignFile, raw: &RawCampaign) -> Wanted<'c> {
     Wanted {
         markers: &command.markers,
         repeats: 1,
-        wrenches: &[],
+        wrenches: if holds_differences(file, raw) { std::slice::from_ref(&SOME_LOAD) } else { &[] },
         placements: command.placements.unwrap_or(1),
         runs: &[],
         given: None,
@@ -81,7 +86,7 @@ pub fn partly_measured(
     session: &Session,
 ) -> Result<Campaigned, Error> {
     let raw = plain(&file.raw);
-    let wanted = wanted(command);
+    let wanted = wanted(command, file, &raw);
     let unmeasured = file.unmeasured();
     let middle = file.robot.model.middle();
     let own = raw.entries().into_iter().zip(&unmeasured);
@@ -143,7 +148,7 @@ fn begun(command: &Plan, file: &CampaignFile, seed: u64) -> Result<Campaigned, E
         ));
     }
     let raw = plain(&file.raw);
-    let wanted = wanted(command);
+    let wanted = wanted(command, file, &raw);
     let entries = raw.entries();
     let middle = file.robot.model.middle();
     let configurations: Vec<Vec<Vec<f64>>> =
@@ -357,6 +362,9 @@ fn places(model: &Model, campaign: &Campaign, values: &[f64], robot: &LoadedRobo
 /// name together, as two anchors, has a row each.
 pub fn rows(campaigned: &Campaigned, planned: &Planned) -> Vec<Cells> {
     let (campaign, model, units) = (&campaigned.design.campaign, &campaigned.robot.model, campaigned.raw.units);
+    let all = || campaigned.design.ways.iter().flatten().map(|reading| reading.observes.is_difference());
+    let is_mixed = all().any(|is| is) && all().any(|is| !is);
+    let is_loaded = planned.stations.iter().any(|station| station.load != [0.0; 6]);
     let rows = |(k, station): (usize, &crate::planning::Station)| {
         let mut cells = Cells::from([("pose".to_string(), planned.campaign.poses[k].clone())]);
         for (variable, q) in model.variables.iter().zip(&station.q) {
@@ -366,6 +374,17 @@ pub fn rows(campaigned: &Campaigned, planned: &Planned) -> Vec<Cells> {
         let files = campaigned.design.files[station.way].iter();
         for (reading, file) in campaigned.design.ways[station.way].iter().zip(files) {
             let mut own = names(campaign, std::slice::from_ref(reading));
+            if is_loaded {
+                let load = if is_mixed && !reading.observes.is_difference() { [0.0; 6] } else { station.load };
+                let unit = |k: usize| if k < 3 { units.force.factor() } else { units.torque.factor() };
+                own.extend(
+                    WRENCH
+                        .into_iter()
+                        .zip(load)
+                        .enumerate()
+                        .map(|(k, (name, v))| (name.into(), (v / unit(k)).to_string())),
+                );
+            }
             own.extend(file.iter().map(|file| ("file".to_owned(), file.clone())));
             let agrees = |row: &Cells| own.iter().all(|(name, value)| row.get(name).is_none_or(|known| known == value));
             match named.iter_mut().find(|row| agrees(row)) {
