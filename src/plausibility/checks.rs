@@ -4,8 +4,8 @@ use super::evidence::{Evidence, Limits};
 use super::outlying::far_readings;
 use super::{
     amount, another_robot, approach, beyond, common_factor, constraints, deflections, instrument, lengths_under_load,
-    midway, nearer, numerics, other_joints, outlying, own_weight, parameters, payload, placement, points, readings,
-    sessions, springs, stated_noise, torques, unfitted_springs,
+    midway, nearer, numerics, other_joints, outlying, own_weight, parameters, payload, placement,
+    places_and_deflections, points, readings, sessions, springs, stated_noise, torques, unfitted_springs,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
@@ -104,6 +104,10 @@ checks! {
             "with one length or angle of the description fitted too, springs leave as much of the deflections as without",
         deflections::show_the_springs: [TooLittleData]
             "of some fitted spring more is known than its own size",
+        places_and_deflections::are_explained: [UnlikeDescription]
+            "fitted springs leave less than half of the deflections, or little more than noise",
+        places_and_deflections::agree: [UnlikeDescription]
+            "places and deflections together leave what each leaves alone: they show one set of springs",
         deflections::zeroed: [Misread]
             "deflections are not all shifted alike: the readings without load were of the unloaded robot",
         parameters::near_their_description: [MovedFar]

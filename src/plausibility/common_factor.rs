@@ -30,7 +30,7 @@ pub(super) fn of_calibration(evidence: &Evidence, limits: &Limits) -> Vec<Diagno
     let own = found.estimates.iter().filter(|estimate| !estimate.at_bound);
     let springs = own.filter_map(|estimate| spring(evidence.model, estimate.slot, estimate.value, estimate.ci95?));
     let springs: Vec<Spring> = springs.collect();
-    let found = match evidence.campaign.is_difference() {
+    let found = match evidence.campaign.holds_differences() {
         true => of_wrenches(&springs, limits),
         false => reported(springs, limits),
     };

@@ -178,7 +178,8 @@ pub(super) fn as_large_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<
         let lengths = reading.observes.length_rows();
         let measured = reading.measured.get(..lengths)?;
         let given: Vec<f64> = measured.iter().zip(residual).map(|(m, r)| m - r).collect();
-        let noise = norm(&reading.observes.sigmas(&reading.noise)[..lengths]);
+        let stated = norm(&reading.observes.sigmas(&reading.noise)[..lengths]);
+        let noise = if reading.noise.is_stated[0] { stated } else { 0.0 };
         let [measured, given] = [norm(measured), norm(&given)];
         // What neither shows above the noise says nothing; what is rigid gives nothing to compare with.
         (given > 0.0 && measured.max(given) > limits.trimmed * noise).then(|| (measured / given).ln())

@@ -33,6 +33,7 @@ mod own_weight;
 mod parameters;
 mod payload;
 mod placement;
+mod places_and_deflections;
 mod points;
 mod readings;
 mod reordered;
