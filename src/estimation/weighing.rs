@@ -14,7 +14,7 @@ use super::problem::{row_kinds, row_sigmas};
 use super::result::{Calibration, CalibrationError, Comparison};
 use super::settings::{Settings, Weights};
 use crate::description::campaign::{Campaign, Reading};
-use crate::least_squares::Progress;
+use crate::least_squares::{Progress, Status};
 use crate::math::quantiles::{HUBER, OF_MEDIAN};
 use crate::math::{least_squares, median};
 use crate::model::Model;
@@ -199,13 +199,17 @@ pub fn calibrate(
     // As whoever predicts with the values found will see them.
     if let Cow::Owned(loaded) = with_holding_loads(model, &known, &found.values)? {
         found.residual = residuals(model, &loaded, &found.values)?;
+        // Lengths that hardly show in places may wander with the loads that they make.
+        if found.converged() && !are_steady(&known, &loaded) {
+            found.ending = Status::IterationLimit;
+        }
     }
     Ok(found)
 }
 
 /// Most fits with the loads of joints of the values found before. A length that is off by a thousandth changes them by about as much, so
 /// that few are needed.
-const LOADED: usize = 5;
+const LOADED: usize = 10;
 /// Change of all read loads together, in standard deviations, that counts as none: no estimate moves by more of its own.
 const LOAD_CHANGE: f64 = 0.05;
 /// The same of loads that deflect joints, over their root mean square: no compliance moves by more.
